@@ -1,0 +1,26 @@
+"""What all tests share: where the mesh and reference files that are not in the checkout stand."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+CHECKOUT = Path(__file__).resolve().parent.parent
+SHARED = Path(os.environ.get("TOUCHWARP_SHARED", CHECKOUT.parent / "shared"))
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """The folder with data/ (meshes) and reference/ (fields); use with `needs_shared_data`."""
+    return SHARED
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    if (SHARED / "data").is_dir():
+        return
+    missing = pytest.mark.skip(reason=f"{SHARED} has no data; set TOUCHWARP_SHARED to where it is")
+    for item in items:
+        if "needs_shared_data" in item.keywords:
+            item.add_marker(missing)
