@@ -1,0 +1,370 @@
+"""Full multigrid that grows its grid: solve a level, see where it is too coarse, add the next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchwarp.errors import SolveError
+from touchwarp.solve.blend import Terms, terms_of_cuts
+from touchwarp.solve.edges import points_along, sharp_edges
+from touchwarp.solve.estimate import discretisation_error
+from touchwarp.solve.ghosts import extend_inwards
+from touchwarp.solve.interface import hanging_values
+from touchwarp.solve.level import OFFSETS
+from touchwarp.solve.marking import Marker
+from touchwarp.solve.multigrid import Multigrid
+from touchwarp.solve.problem import Problem
+from touchwarp.solve.refine import octant_coordinates, surrounded, unique_rows, widened
+from touchwarp.solve.region import Region, agree, flood_level
+from touchwarp.solve.solution import Solution
+from touchwarp.solve.stencil import LANES
+from touchwarp.solve.tube import Tube
+
+Progress = Callable[[str, float], None]
+
+BYTES_PER_NODE = 450
+"""Peak memory a node, measured by `benchmarks/memory.py`, table and fit included."""
+
+NODES_PER_BRICK = 640
+"""Nodes a refined brick adds, rims included."""
+
+CELLS_ACROSS_TUBE = 2.0
+"""The finest cells near edges are no larger than the tube's radius over this, …"""
+
+RIM = 0.7
+"""A level is widened where the coarser one misses its rim by more than this share of the
+tolerance."""
+
+MOST_CELLS_ACROSS_TUBE = 8.0
+"""… and no smaller than this share of it."""
+
+CYCLES = 2
+"""V-cycles on each level of the full multigrid start."""
+
+MOST_CYCLES = 30
+
+SETTLED = 0.01
+"""Cycling ends when u changes by less than this share of the tolerance."""
+
+
+ROUNDING = 4e-6
+"""… or than this share of the greatest |u|, where float32 stops it."""
+
+
+class AdaptiveSolver:
+    """A problem, its grid, and u on it; the grid is kept when only the data change."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        tolerance: float,
+        edge_radius: float,
+        memory_limit: float,
+        progress: Progress | None = None,
+    ) -> None:
+        """Prepare the root levels.
+
+        Args:
+            problem: what to solve.
+            tolerance: m, bound on the table's error in Ω outside the tube.
+            edge_radius: m, radius of the tube around sharp edges.
+            memory_limit: bytes.
+            progress: called with what is being done and the share done.
+        """
+        self.problem = problem
+        self.tolerance = tolerance
+        self.edge_radius = edge_radius
+        self.memory_limit = memory_limit
+        self._tell = progress or (lambda text, share: None)
+        self.multigrid = Multigrid(problem.frame, problem.boundary, problem.screening)
+        self.regions: list[Region] = []
+        self.residuals: list[float] = []
+        self.changes: list[float] = []
+        self.marker = Marker(
+            problem, tolerance, self._depth_of(edge_radius / MOST_CELLS_ACROSS_TUBE)
+        )
+        self._lane_scale = np.ones(LANES, np.float32)
+        self._terms: list[list[Terms]] = []
+        self._needed = [stage.level.has_cells for stage in self.multigrid.stages]
+        self._kept = self.multigrid.root + 1
+        corners = problem.frame.to_scene(problem.boundary.corners)
+        edges = sharp_edges(corners, problem.boundary.faces)
+        self.tube = Tube(points_along(corners, edges, 0.25 * max(edge_radius, 1e-4)), edge_radius)
+
+    def build(
+        self,
+        data: NDArray[np.float64],
+        normal_lanes: NDArray[np.bool_],
+        lane_scale: NDArray[np.float32],
+    ) -> None:
+        """Grow a grid for boundary data (v, 4) until the tolerance should be met.
+
+        A second call, for the same data, keeps the levels that no `demand` since then changes.
+
+        Args:
+            data: boundary data at the corners.
+            normal_lanes: (4,) lanes that vanish on the sliding plane.
+            lane_scale: (4,) weight of each lane in the indicator, to metres.
+
+        Raises:
+            SolveError: memory would not suffice, or no convergence.
+        """
+        self._lane_scale = lane_scale
+        grid = self.multigrid
+        for levels in (grid.stages, self.regions, self._terms, self._needed):
+            del levels[self._kept :]
+        grid.floor_zero = normal_lanes
+        if self.regions:
+            # What the finer levels had put in their place is theirs no more.
+            grid.stages[-1].f[:] = 0.0
+            grid.cycle()
+        else:
+            for i in range(len(grid.stages)):
+                self._start(i, data)
+        depth_at_edges = self._depth_of(self.edge_radius / CELLS_ACROSS_TUBE)
+        deepest = self._depth_of(self.edge_radius / MOST_CELLS_ACROSS_TUBE)
+        while True:
+            bricks = self._next_bricks(data, lane_scale, depth_at_edges)
+            if len(bricks):
+                self._check_memory(len(bricks))
+                self._add_level(bricks, bricks, data)
+                self._tell(f"{self.nodes:,} nodes", self._share_done())
+                continue
+            agree(grid.stages, self.regions, self.problem.boundary.owner)
+            self.tube = self.tube.with_thin_parts(
+                grid.stages[-1], self.regions[-1], self.problem.frame
+            )
+            if depth_at_edges >= deepest or self._error_outside_tube() < 0.5 * self.tolerance:
+                break
+            depth_at_edges += 1
+        self.settle()
+
+    def solve(self, data: NDArray[np.float64], normal_lanes: NDArray[np.bool_]) -> None:
+        """Solve for other boundary data (v, 4) on the grid as it is.
+
+        Raises:
+            SolveError: no convergence.
+        """
+        self.multigrid.floor_zero = normal_lanes
+        for stage in self.multigrid.stages:
+            stage.u[:] = 0.0
+            stage.f[:] = 0.0
+        for i in range(len(self.multigrid.stages)):
+            self._start(i, data)
+        self.settle()
+
+    def demand(self, points: NDArray[np.float64], depths: NDArray[np.int64]) -> bool:
+        """Make the next `build` refine cells of levels `depths` (k,) at root-grid points (k, 3).
+
+        Levels finer than the least cell size at edges are left; whether any is asked for.
+        """
+        can = depths < self._depth_of(self.edge_radius / MOST_CELLS_ACROSS_TUBE)
+        self.marker.demand(points[can], depths[can])
+        if can.any():
+            self._kept = self.multigrid.root + 1 + int(depths[can].min())
+        return bool(can.any())
+
+    def settle(self) -> None:
+        """Cycle until u no longer changes.
+
+        Raises:
+            SolveError: it keeps changing.
+        """
+        finest = self.multigrid.stages[-1]
+        last = len(self.multigrid.stages) - 1
+        self.residuals = [self.multigrid.residual(last)]
+        self.changes = []
+        for _ in range(MOST_CYCLES):
+            before = finest.u.copy()
+            self.multigrid.cycle()
+            self.residuals.append(self.multigrid.residual(last))
+            change = np.abs(finest.u - before) * self._lane_scale
+            self.changes.append(float(change.max(initial=0.0)))
+            floor = ROUNDING * float((np.abs(finest.u) * self._lane_scale).max(initial=0.0))
+            if self.changes[-1] <= max(SETTLED * self.tolerance, floor):
+                return
+        history = ", ".join(f"{c * 1e3:.3g}" for c in self.changes)
+        raise SolveError(
+            f"No convergence in {MOST_CYCLES} cycles (change of u in mm: {history}; "
+            f"{SETTLED * self.tolerance * 1e3:.3g} was needed). Give the scene's file to the "
+            "developers: this should not happen."
+        )
+
+    @property
+    def nodes(self) -> int:
+        """Nodes of all levels."""
+        return sum(stage.level.n for stage in self.multigrid.stages)
+
+    def solution(self, contradiction: float) -> Solution:
+        """What has been found."""
+        grid = self.multigrid
+        errors = discretisation_error(grid)
+        root = grid.root
+        return Solution(
+            grid.stages[root:],
+            self.regions[root:],
+            self._needed[root:],
+            errors[root:],
+            self.nodes,
+            float(self.problem.frame.spacing.min() / 2.0 ** grid.stages[-1].level.depth),
+            tuple(self.residuals),
+            tuple(self.changes),
+            self.marker.capped,
+            contradiction,
+        )
+
+    def _start(self, i: int, data: NDArray[np.float64]) -> None:
+        """First values on level i, from the coarser one."""
+        grid = self.multigrid
+        if len(self._terms) == i:
+            stage = grid.stages[i]
+            self._terms.append(
+                terms_of_cuts(
+                    self.problem.blend, stage.level, stage.cuts, self.problem.boundary.owner
+                )
+            )
+        grid.set_stage_goal(i, data, self.problem.blend, self._terms[i])
+        if i == 0:
+            grid.smooth(0, 60)
+        else:
+            grid.start_from_coarser(i)
+            for _ in range(CYCLES):
+                grid.cycle(i)
+        if len(self.regions) == i:
+            stages, owner = grid.stages, self.problem.boundary.owner
+            coarser = self.regions[i - 1] if i else None
+            self.regions.append(
+                flood_level(stages[i], coarser, stages[i - 1] if i else None, owner)
+            )
+
+    def _next_bricks(
+        self,
+        data: NDArray[np.float64],
+        lane_scale: NDArray[np.float32],
+        depth_at_edges: int,
+    ) -> NDArray[np.int64]:
+        """(k, 3) bricks of the level after the finest, which may first be widened to hold them."""
+        stages = self.multigrid.stages
+        octants, strong = self._marked(data, lane_scale, depth_at_edges)
+        if stages[-1].level.depth > 0:
+            margin = np.concatenate(
+                [widened(stages[-1], octants, 1), widened(stages[-1], strong, 2)]
+            )
+            if self._widen(margin // 2, self._beside_poor_rim(depth_at_edges), data):
+                octants, _ = self._marked(data, lane_scale, depth_at_edges)
+        return octants[surrounded(stages[-1], octants)]
+
+    def _widen(
+        self,
+        margin: NDArray[np.int64],
+        needed: NDArray[np.int64],
+        data: NDArray[np.float64],
+    ) -> bool:
+        """Add bricks (k, 3) to the finest level, and solve it again; whether there were any to add.
+
+        Args:
+            margin: for the next level's sake.
+            needed: for the tolerance.
+            data: boundary data.
+        """
+        level, coarser = self.multigrid.stages[-1].level, self.multigrid.stages[-2]
+        shape = level.cells // 8
+        have = level.bricks[level.has_cells].astype(np.int64)
+        bricks = unique_rows(np.concatenate([have, margin, needed]), shape)
+        there = level.index_of(bricks)
+        old = (there >= 0) & level.has_cells[there]
+        bricks = bricks[old | surrounded(coarser, bricks)]
+        if len(bricks) == len(have):
+            return False
+        before = level.bricks[self._needed[-1]].astype(np.int64)
+        self.multigrid.drop_finest()
+        del self.regions[-1], self._terms[-1], self._needed[-1]
+        self._add_level(bricks, np.concatenate([before, needed]), data)
+        return True
+
+    def _beside_poor_rim(self, depth_at_edges: int) -> NDArray[np.int64]:
+        """(k, 3) missing bricks beside rim nodes that the table's coarser cells would miss."""
+        fine, coarse = self.multigrid.stages[-2:][::-1]
+        assert fine.interface is not None
+        values = coarse.u.astype(np.float64)
+        extend_inwards(coarse, self.regions[-2], values, self.multigrid.floor_zero)
+        rim = fine.interface.rim
+        rim = rim[self.regions[-1][rim] == 1]
+        gap = hanging_values(fine.level, coarse.level, rim, values)[:, :3] - fine.u[rim, :3]
+        rim = rim[np.linalg.norm(gap, axis=1) > RIM * self.marker.tolerance]
+        where = fine.level.coordinates(rim)
+        if fine.level.depth > depth_at_edges:
+            points = self.problem.frame.to_scene(where / 2.0**fine.level.depth)
+            where = where[~self.tube.contains(points)]
+        beside = ((where[:, None] + OFFSETS) // 8).reshape(-1, 3)
+        return beside[((beside >= 0) & (beside < fine.level.cells // 8)).all(axis=1)]
+
+    def _marked(
+        self, data: NDArray[np.float64], lane_scale: NDArray[np.float32], depth_at_edges: int
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """(k, 3) octants of the finest level to split, and those that will be split again."""
+        stage = self.multigrid.stages[-1]
+        tube = self.tube if stage.level.depth >= depth_at_edges else None
+        marked, strong = self.marker.marks(
+            stage, self.regions[-1], data, self.multigrid.floor_zero, lane_scale, tube
+        )
+        return octant_coordinates(stage, marked), octant_coordinates(stage, strong)
+
+    def _add_level(
+        self,
+        bricks: NDArray[np.int64],
+        needed: NDArray[np.int64],
+        data: NDArray[np.float64],
+    ) -> None:
+        """A level of the given bricks, of which some are needed for the tolerance itself."""
+        level = self.multigrid.refine(bricks).level
+        is_needed = np.zeros(len(level.bricks), bool)
+        there = level.index_of(needed)
+        is_needed[there[there >= 0]] = True
+        self._needed.append(is_needed & level.has_cells)
+        self._start(len(self.multigrid.stages) - 1, data)
+
+    def _error_outside_tube(self) -> float:
+        """m: the greatest estimated discretisation error farther than the radius from edges."""
+        worst = 0.0
+        errors = discretisation_error(self.multigrid)
+        for stage, region, error in zip(self.multigrid.stages, self.regions, errors, strict=True):
+            size = np.sqrt((error[:, :3] ** 2).sum(axis=1))
+            nodes = np.flatnonzero((region == 1) & (size > 0.5 * self.tolerance))
+            if stage.level.depth < 0 or len(nodes) == 0:
+                continue
+            where = stage.level.coordinates(nodes) / 2.0**stage.level.depth
+            points = self.problem.frame.to_scene(where)
+            worst = max(worst, float(size[nodes][~self.tube.contains(points)].max(initial=0.0)))
+        return worst
+
+    def _depth_of(self, spacing: float) -> int:
+        """The first level with cells no larger than `spacing` (m)."""
+        if spacing <= 0.0:
+            return 12
+        return max(0, int(np.ceil(np.log2(self.problem.frame.spacing.max() / spacing) - 1e-9)))
+
+    def _check_memory(self, bricks: int) -> None:
+        needed = (self.nodes + bricks * NODES_PER_BRICK) * BYTES_PER_NODE
+        if needed <= self.memory_limit:
+            return
+        met = max(self._error_outside_tube(), self.tolerance * 1.5)
+        raise SolveError(
+            f"A tolerance of {self.tolerance * 1e3:g} mm needs about {needed / 1e9:.2g} GB, over "
+            f"the limit of {self.memory_limit / 1e9:.2g} GB. What fits is about "
+            f"{_rounded_up(met * 1e3 * needed / self.memory_limit):g} mm: ask for that tolerance, "
+            "or allow more memory."
+        )
+
+    def _share_done(self) -> float:
+        depth = self.multigrid.stages[-1].level.depth
+        planned = self._depth_of(self.edge_radius / CELLS_ACROSS_TUBE)
+        return min(0.9, 0.9 * 4.0 ** (depth - planned))
+
+
+def _rounded_up(value: float) -> float:
+    scale = 10.0 ** np.floor(np.log10(value))
+    return float(np.ceil(value / scale * 10.0) / 10.0 * scale)

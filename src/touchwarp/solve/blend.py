@@ -1,0 +1,249 @@
+"""Where a goal contradicts a fixed surface at the contact line, one turns into the other.
+
+A prop that stands on a table may have a goal that lifts its foot, while the table lets nothing
+through. Near the table, the part of u that contradicts it at the nearest point of contact is taken
+away: wholly at the table, not at all `blend_mm` above it. The rest of the goal stays. This is
+linear in g.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from touchwarp.scene import Scene
+from touchwarp.solve.boundary import Boundary
+from touchwarp.solve.cuts import Cuts
+from touchwarp.solve.frame import Frame
+from touchwarp.solve.level import Level
+
+HELD = -1
+"""Owner number of held surfaces' triangles."""
+
+CONTACT = 1e-4
+"""m: points of a prop nearer than this to a fixed surface touch it."""
+
+PITCH = 1e-3
+"""m, between the samples that stand for the line of contact."""
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """Which boundary values give way, by how much, to what at which point of contact.
+
+    Attributes:
+        index: (k,) rows of the values.
+        triangle: (k,), barycentric: (k, 3): the point of contact.
+        strength: (k,) 0..1.
+        normal_only: (k,) bool: only the lanes that vanish on the sliding plane.
+    """
+
+    index: NDArray[np.int64]
+    triangle: NDArray[np.int32]
+    barycentric: NDArray[np.float64]
+    strength: NDArray[np.float64]
+    normal_only: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class _Contact:
+    """One fixed surface and the points where props touch it."""
+
+    width: float
+    slide: bool
+    point: NDArray[np.float64]
+    normal: NDArray[np.float64] | None
+    tree: cKDTree | None
+    feet: cKDTree
+    triangle: NDArray[np.int32]
+    barycentric: NDArray[np.float64]
+
+    def distance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        if self.normal is not None:
+            return np.abs((points - self.point) @ self.normal)
+        assert self.tree is not None
+        return np.asarray(self.tree.query(points)[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Blend:
+    """The contacts of a scene's props with its fixed surfaces; empty where there are none."""
+
+    frame: Frame
+    boundary: Boundary
+    contacts: tuple[_Contact, ...]
+
+    @classmethod
+    def of(cls, scene: Scene, frame: Frame, boundary: Boundary) -> Blend:
+        """Find where props touch fixed surfaces."""
+        contacts = []
+        for fixed in scene.fixed:
+            point, normal, tree = np.zeros(3), None, None
+            if fixed.plane is not None:
+                point, normal = (np.asarray(v, dtype=np.float64) for v in fixed.plane)
+            else:
+                assert fixed.surface is not None
+                v, f = fixed.surface.vertices, fixed.surface.faces
+                tree = cKDTree(_spread(v, f, PITCH)[0])
+            near = _near(frame, boundary, point, normal, tree)
+            if near is not None:
+                contacts.append(
+                    _Contact(
+                        max(fixed.blend_mm, 1e-3) * 1e-3,
+                        fixed.contact == "slide",
+                        point,
+                        normal,
+                        tree,
+                        *near,
+                    )
+                )
+        return cls(frame, boundary, tuple(contacts))
+
+    def terms(self, grid_points: NDArray[np.float64], owner: NDArray[np.int16]) -> list[Terms]:
+        """What gives way at boundary points (n, 3), root-grid coordinates, of the given owners."""
+        result: list[Terms] = []
+        if not self.contacts:
+            return result
+        candidates = np.flatnonzero((owner >= 0) & self.may_give_way(grid_points))
+        for contact in self.contacts:
+            index = candidates
+            points = self.frame.to_scene(grid_points[index])
+            distance = contact.distance(points)
+            near = distance < contact.width
+            index, points, distance = index[near], points[near], distance[near]
+            if len(index) == 0:
+                continue
+            s = distance / contact.width
+            foot = contact.feet.query(points)[1]
+            result.append(
+                Terms(
+                    index,
+                    contact.triangle[foot],
+                    contact.barycentric[foot],
+                    1.0 - s * s * (3.0 - 2.0 * s),
+                    np.full(len(index), contact.slide),
+                )
+            )
+        return result
+
+    def may_give_way(
+        self, grid_points: NDArray[np.float64], margin: float = 0.0
+    ) -> NDArray[np.bool_]:
+        """Which points, root-grid coordinates, can be in a blend's reach, give or take a margin.
+
+        For planes by one product a point; near a fixed mesh, any.
+        """
+        frame = self.frame
+        result = np.zeros(len(grid_points), bool)
+        for contact in self.contacts:
+            if contact.normal is None:
+                return np.ones(len(grid_points), bool)
+            normal = frame.axes_from_scene(contact.normal) * frame.spacing
+            offset = float((contact.point - frame.T_scene_table[:3, 3]) @ contact.normal)
+            reach = contact.width + margin * frame.spacing.max()
+            result |= np.abs(grid_points @ normal - offset) < reach
+        return result
+
+    def apply(
+        self,
+        values: NDArray[np.floating],
+        terms: list[Terms],
+        data: NDArray[np.float64],
+        normal_lanes: NDArray[np.bool_],
+    ) -> None:
+        """Take the contradicted part away from boundary values (n, C), in place."""
+        for term in terms:
+            corners = data[self.boundary.faces[term.triangle]]
+            at_foot = np.einsum("kc,kcq->kq", term.barycentric, corners)[:, : values.shape[1]]
+            at_foot *= term.strength[:, None]
+            at_foot[np.ix_(term.normal_only, ~normal_lanes[: values.shape[1]])] = 0.0
+            values[term.index] -= at_foot
+
+    def contradiction(self, data: NDArray[np.float64], normal_lanes: NDArray[np.bool_]) -> float:
+        """m: the greatest displacement asked for at a contact that the fixed surface forbids."""
+        worst = 0.0
+        for contact in self.contacts:
+            corners = data[self.boundary.faces[contact.triangle]]
+            at_foot = np.einsum("kc,kcq->kq", contact.barycentric, corners)
+            if contact.slide:
+                at_foot = at_foot[:, normal_lanes]
+            worst = max(worst, float(np.linalg.norm(at_foot, axis=1).max(initial=0.0)))
+        return worst
+
+
+def _near(
+    frame: Frame,
+    boundary: Boundary,
+    point: NDArray[np.float64],
+    normal: NDArray[np.float64] | None,
+    tree: cKDTree | None,
+) -> tuple[cKDTree, NDArray[np.int32], NDArray[np.float64]] | None:
+    """Samples of the props within `CONTACT` of a fixed surface."""
+    corners = frame.to_scene(boundary.corners)
+    if normal is not None:
+        height = np.abs((corners - point) @ normal)
+        signed = (corners - point) @ normal
+    else:
+        assert tree is not None
+        height = np.asarray(tree.query(corners)[0])
+        signed = height
+    of_faces = height[boundary.faces]
+    crossing = (signed[boundary.faces].min(axis=1) < 0) & (signed[boundary.faces].max(axis=1) > 0)
+    reach = CONTACT + (PITCH if tree is not None else 0.0)
+    candidates = np.flatnonzero((boundary.owner >= 0) & ((of_faces.min(axis=1) < reach) | crossing))
+    if len(candidates) == 0:
+        return None
+    samples, face, barycentric = _spread(corners, boundary.faces[candidates], PITCH)
+    if normal is not None:
+        distance = np.abs((samples - point) @ normal)
+    else:
+        assert tree is not None
+        distance = np.asarray(tree.query(samples)[0])
+    touching = distance < reach
+    if not touching.any():
+        return None
+    return (
+        cKDTree(samples[touching]),
+        candidates[face[touching]].astype(np.int32),
+        barycentric[touching],
+    )
+
+
+def _spread(
+    vertices: NDArray[np.float64], faces: NDArray[np.integer], pitch: float
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
+    """Points on triangles, about `pitch` apart, with their faces and barycentric weights."""
+    p = vertices[faces]
+    longest = np.linalg.norm(p - p[:, [1, 2, 0]], axis=2).max(axis=1)
+    steps = np.clip(np.ceil(longest / pitch), 1, 200).astype(np.int64)
+    points, owners, weights = [], [], []
+    for n in np.unique(steps):
+        i, j = np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij")
+        keep = i + j <= n
+        w = np.stack([i[keep], j[keep], n - i[keep] - j[keep]], axis=1) / n
+        which = np.flatnonzero(steps == n)
+        points.append(np.einsum("wc,fcd->fwd", w, p[which]).reshape(-1, vertices.shape[1]))
+        owners.append(np.repeat(which, len(w)))
+        weights.append(np.tile(w, (len(which), 1)))
+    return np.concatenate(points), np.concatenate(owners), np.concatenate(weights)
+
+
+def terms_of_cuts(blend: Blend, level: Level, cuts: Cuts, owner: NDArray[np.int16]) -> list[Terms]:
+    """What gives way at a level's cuts; `owner` (t,) as in `Boundary`."""
+    if not blend.contacts or len(cuts.node) == 0:
+        return []
+    nodes = level.coordinates(cuts.node).astype(np.float64)
+    close = blend.may_give_way(nodes / 2.0**level.depth, margin=1.0 / 2.0**level.depth)
+    rows = np.flatnonzero(close)
+    counts = np.diff(cuts.start)[rows]
+    index = np.repeat(cuts.start[rows] - (np.cumsum(counts) - counts), counts)
+    index += np.arange(int(counts.sum()))
+    points = np.repeat(nodes[rows], counts, axis=0)
+    direction = cuts.direction[index]
+    step = np.where(direction % 2 == 1, 1.0, -1.0) * cuts.distance[index]
+    points[np.arange(len(points)), direction // 2] += step
+    found = blend.terms(points / 2.0**level.depth, owner[cuts.triangle[index]])
+    return [replace(term, index=index[term.index]) for term in found]

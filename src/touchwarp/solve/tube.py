@@ -1,0 +1,72 @@
+"""The tube around edges, rims and thin walls, in which only contact is promised."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from touchwarp.solve.frame import Frame
+from touchwarp.solve.multigrid import Stage
+from touchwarp.solve.region import Region
+
+
+@dataclass(eq=False)
+class Tube:
+    """All points within `radius` m of the given points (k, 3) m, scene frame."""
+
+    points: NDArray[np.float64]
+    radius: float
+
+    def __post_init__(self) -> None:
+        self._tree = cKDTree(self.points) if len(self.points) else None
+
+    def contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """(n,) for points (n, 3) m, scene frame."""
+        if self._tree is None or len(points) == 0 or self.radius <= 0.0:
+            return np.zeros(len(points), bool)
+        distance, _ = self._tree.query(points, distance_upper_bound=self.radius)
+        return np.asarray(np.isfinite(distance))
+
+    def with_thin_parts(self, finest: Stage, region: Region, frame: Frame) -> Tube:
+        """The tube with the finest level's thin walls and sheets added."""
+        cuts = finest.cuts
+        if len(cuts.node) == 0:
+            return self
+        thin = _thin(
+            finest.level.neighbours, cuts.row, cuts.node, cuts.start, cuts.direction, region
+        )
+        nodes = cuts.node[thin]
+        if len(nodes) == 0:
+            return self
+        coordinates = finest.level.coordinates(nodes) / 2.0**finest.level.depth
+        return Tube(np.concatenate([self.points, frame.to_scene(coordinates)]), self.radius)
+
+
+@njit(cache=True)
+def _thin(neighbours, row, node, start, direction, region):
+    """Nodes in Ω whose edge is cut though its other end is in Ω, or whose wall has one node."""
+    result = np.zeros(len(node), np.bool_)
+    for r in range(len(node)):
+        m = node[r]
+        if m >= neighbours.shape[0]:
+            continue
+        seen = 0
+        for k in range(start[r], start[r + 1]):
+            d = direction[k]
+            seen |= 1 << d
+            if region[m] == 1 and region[neighbours[m, d]] == 1:
+                result[r] = True
+        if region[m] == 0:
+            for axis in range(3):
+                both = 3 << (2 * axis)
+                if (
+                    seen & both == both
+                    and region[neighbours[m, 2 * axis]] == 1
+                    and region[neighbours[m, 2 * axis + 1]] == 1
+                ):
+                    result[r] = True
+    return result
