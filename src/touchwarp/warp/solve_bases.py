@@ -1,0 +1,121 @@
+"""`solve_bases`: the fields from which the warp of any affine goal follows without a solve."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchwarp.errors import SolveError
+from touchwarp.scene import Scene
+from touchwarp.solve.problem import Problem
+from touchwarp.solve.stencil import LANES
+from touchwarp.warp.bases import AffineBases
+from touchwarp.warp.from_solution import TableMaker
+from touchwarp.warp.meta import BasisProp
+from touchwarp.warp.solver import Progress, WarpSolver
+from touchwarp.warp.table_error import estimate_error
+
+RANGE_SHIFT = 0.1
+RANGE_STRETCH = 1.0
+"""The stated range of goals: a prop's centre moved by this many m, and ‖A − I‖."""
+
+RANGE_TOLERANCE = 5.0
+"""At the far end of the range, where displacements are several times those of a usual goal, the
+error may be this many times the tolerance; it is linear in the goal."""
+
+
+def solve_bases(
+    scene: Scene,
+    *,
+    tolerance_mm: float | None = None,
+    memory_limit_gb: float = 4.0,
+    progress: Progress | None = None,
+) -> AffineBases:
+    """Scalar fields per prop for the boundary data 1, x, y, z, on one grid.
+
+    With a sliding plane each is solved twice: with no normal derivative on the plane, for the
+    tangential components of u, and vanishing on it, for the normal one.
+
+    Args:
+        scene: as for `solve`; its goals do not matter.
+        tolerance_mm: the scene's own without it; the far end of the range may have five times it.
+        memory_limit_gb, progress: as for `solve`.
+
+    Raises:
+        SceneError, GoalError, SolveError: as for `solve`.
+    """
+    if scene.dimension != 3:
+        raise SolveError(
+            f"solve_bases was given a {scene.dimension}-D scene; instant goals are for scenes in "
+            "space: solve a plane scene again instead."
+        )
+    whole = WarpSolver(
+        scene, tolerance_mm=tolerance_mm, memory_limit_gb=memory_limit_gb, progress=progress
+    )
+    tell: Progress = progress or (lambda text, share: None)
+    problem = whole.problem
+    props = _scalings(problem)
+    reach = max(prop.half_diagonal for prop in props.values())
+    lane_scale = np.array([RANGE_SHIFT, *[RANGE_STRETCH * reach] * 3], np.float32) / RANGE_TOLERANCE
+    none, all_ = np.zeros(LANES, bool), np.ones(LANES, bool)
+    solver = whole.new_solver()
+    together = np.sum([_basis_data(problem, name, props[name]) for name in props], axis=0)
+    solver.build(together, none, lane_scale)
+    error = None
+    maker: TableMaker | None = None
+    fields: list[list[NDArray[np.float64]]] = []
+    solves = [
+        (name, lanes)
+        for lanes in ((none, all_) if problem.frame.mirrored else (none,))
+        for name in props
+    ]
+    for k, (name, lanes) in enumerate(solves):
+        tell(f"basis fields of '{name}'", 0.5 + 0.5 * k / len(solves))
+        data = _basis_data(problem, name, props[name])
+        solver.solve(data, lanes)
+        solution = solver.solution(0.0)
+        if maker is None:
+            maker = TableMaker(problem, solution, solver.tube)
+        values, moves, residuals = maker.fitted(solution, data, lanes)
+        found = estimate_error(
+            maker, solution, moves, residuals, solver.tube, lane_scale, solver.tolerance
+        )
+        error = max(error or found, found, key=lambda e: e.outside_tube_max)
+        fields.append(values)
+    assert maker is not None
+    assert error is not None
+    channels = [np.concatenate([f[i] for f in fields], axis=1) for i in range(len(fields[0]))]
+    bricks = maker.bricks(solution, channels)
+    scale = float(RANGE_TOLERANCE * lane_scale.max())
+    meta = whole.meta(error).as_bases(
+        props,
+        RANGE_SHIFT,
+        RANGE_STRETCH,
+        error.outside_tube_max * scale * 1e3,
+        error.outside_tube_rms * scale * 1e3,
+    )
+    return AffineBases(bricks, meta)
+
+
+def _scalings(problem: Problem) -> dict[str, BasisProp]:
+    """Centre and half-diagonal of each prop's box along the table's axes."""
+    result = {}
+    for name, rows in problem.vertices.items():
+        points = problem.boundary.corners[rows] * problem.frame.spacing
+        low, high = points.min(axis=0), points.max(axis=0)
+        centre = (low + high) / 2
+        result[name] = BasisProp(
+            (float(centre[0]), float(centre[1]), float(centre[2])),
+            float(np.linalg.norm(high - low) / 2),
+        )
+    return result
+
+
+def _basis_data(problem: Problem, name: str, prop: BasisProp) -> NDArray[np.float64]:
+    """(v, 4): 1 and the scaled coordinates on one prop, 0 on all other surfaces."""
+    data = np.zeros((len(problem.boundary.corners), LANES))
+    rows = problem.vertices[name]
+    points = problem.boundary.corners[rows] * problem.frame.spacing
+    data[rows, 0] = 1.0
+    data[rows, 1:] = (points - np.array(prop.centre)) / prop.half_diagonal
+    return data

@@ -1,0 +1,114 @@
+"""What the table is estimated to miss, and where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchwarp.solve.refine import indicate
+from touchwarp.solve.samples import sample_points
+from touchwarp.solve.solution import Solution
+from touchwarp.solve.tube import Tube
+from touchwarp.warp.from_solution import TableMaker
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class TableError:
+    """The estimated error of a table.
+
+    Attributes:
+        outside_tube_max: m, greatest error in Ω farther than the edge radius from edges.
+        outside_tube_rms: m, over the nodes there.
+        inside_tube_max: m, greatest error within the edge radius.
+        contact_p99: m, 99th percentile over the props' area of |table − g|.
+        contact_max: m.
+        poor_points: (k, 3) root-grid coordinates where the tolerance is missed.
+        poor_depths: (k,) levels of the cells there.
+    """
+
+    outside_tube_max: float
+    outside_tube_rms: float
+    inside_tube_max: float
+    contact_p99: float
+    contact_max: float
+    poor_points: Real
+    poor_depths: NDArray[np.int64]
+
+
+def estimate_error(
+    maker: TableMaker,
+    solution: Solution,
+    moves: list[Real],
+    residuals: list[Real],
+    tube: Tube,
+    lane_scale: NDArray[np.float32],
+    tolerance: float,
+) -> TableError:
+    """Add up discretisation (τ), interpolation (⅛ |Σ h² ∂²u|) and what hanging and fitting moved.
+
+    Args:
+        maker, solution: the table and what it was made of.
+        moves: for each stage, (n, 4) how far the table's nodes are from the solution.
+        residuals: for each stage, (s,) m, |table − g| at its samples.
+        tube: where only contact is promised.
+        lane_scale: (4,) weight of each lane, to metres.
+        tolerance: m.
+    """
+    outside, inside, points, depths = (
+        [np.zeros(1)],
+        0.0,
+        [np.empty((0, 3))],
+        [np.empty(0, np.int64)],
+    )
+    scale = lane_scale.astype(np.float64)
+    for i, stage in enumerate(solution.stages):
+        nodes = maker.grid.leaf_nodes(i)
+        nodes = nodes[solution.regions[i][nodes] == 1]
+        if len(nodes) == 0:
+            continue
+        interpolation, _ = indicate(stage, solution.regions[i], lane_scale)
+        size = interpolation[nodes] + np.linalg.norm(solution.error[i][nodes] * scale, axis=1)
+        size = size + np.linalg.norm(moves[i][nodes] * scale, axis=1)
+        suspects = np.flatnonzero(size > 0.5 * min(size.max(), tolerance))
+        where = stage.level.coordinates(nodes[suspects]) / 2.0**stage.level.depth
+        in_tube = np.zeros(len(nodes), bool)
+        in_tube[suspects] = tube.contains(maker.problem.frame.to_scene(where))
+        outside.append(size[~in_tube])
+        inside = max(inside, float(size[in_tube].max(initial=0.0)))
+        poor = (size[suspects] > tolerance) & ~in_tube[suspects]
+        points.append(where[poor])
+        depths.append(np.full(int(poor.sum()), stage.level.depth))
+    p99, worst = _contact(maker, residuals)
+    if p99 > tolerance:
+        for stage, samples, size in zip(solution.stages, maker.samples, residuals, strict=True):
+            points.append(sample_points(stage, samples)[size > tolerance])
+            depths.append(np.full(int((size > tolerance).sum()), stage.level.depth))
+    all_outside = np.concatenate(outside)
+    return TableError(
+        float(all_outside.max()),
+        float(np.sqrt((all_outside**2).mean())),
+        inside,
+        p99,
+        worst,
+        np.concatenate(points),
+        np.concatenate(depths),
+    )
+
+
+def _contact(maker: TableMaker, residuals: list[Real]) -> tuple[float, float]:
+    """99th percentile by area, and maximum, of residuals on the props."""
+    sizes: list[Real] = [np.zeros(1)]
+    areas: list[Real] = [np.zeros(1)]
+    for i, (samples, size) in enumerate(zip(maker.samples, residuals, strict=True)):
+        own = maker.problem.boundary.owner[samples.triangle] >= 0
+        sizes.append(size[own])
+        areas.append(samples.weight[own].astype(np.float64) / 4.0**i)
+    size, area = np.concatenate(sizes), np.concatenate(areas)
+    order = np.argsort(size)
+    share = np.cumsum(area[order])
+    at = min(int(np.searchsorted(share, 0.99 * share[-1])), len(order) - 1)
+    return float(size[order[at]]), float(size.max())

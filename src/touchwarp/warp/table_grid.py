@@ -1,0 +1,75 @@
+"""The part of the solver's grid that the table keeps.
+
+The solver widens a level so that the next one has coarse nodes all around it. Where the next one
+did not come to need them, the table does without these bricks: the coarser level is exact enough
+there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchwarp.solve.level import node_kinds
+from touchwarp.solve.multigrid import Stage
+from touchwarp.solve.refine import octant_coordinates, octant_of, widened
+from touchwarp.solve.solution import Solution
+
+RIM = 3
+"""Kind of the nodes that are not surrounded by cells; see `node_kinds`."""
+
+
+@dataclass(frozen=True, eq=False)
+class TableGrid:
+    """Which bricks of each level the table keeps.
+
+    Attributes:
+        stages: the levels from the root to the finest that has any.
+        keep: for each, (b,) bool.
+        leaf: for each, (b, 8) bool: octants of kept bricks that no kept finer brick covers.
+        rim: for each, (k,) nodes that hang on the coarser level; none on the root.
+    """
+
+    stages: list[Stage]
+    keep: list[NDArray[np.bool_]]
+    leaf: list[NDArray[np.bool_]]
+    rim: list[NDArray[np.int64]]
+
+    @classmethod
+    def of(cls, solution: Solution) -> TableGrid:
+        """Keep what was needed, and what surrounds kept finer bricks."""
+        stages = solution.stages
+        keep = [needed.copy() for needed in solution.needed]
+        leaf = []
+        for i in range(len(stages) - 1, -1, -1):
+            covered = np.zeros((len(stages[i].level.bricks), 8), bool)
+            if i + 1 < len(stages):
+                finer = stages[i + 1].level
+                children = np.flatnonzero(keep[i + 1])
+                octant = (finer.bricks[children] & 1) @ np.array([4, 2, 1])
+                covered[finer.parent[children], octant] = True
+                around = widened(stages[i], octant_coordinates(stages[i], covered), 1)
+                there = stages[i].level.index_of(around // 2)
+                keep[i][there[there >= 0]] = True
+                keep[i] &= stages[i].level.has_cells
+            leaf.append(keep[i][:, None] & ~covered)
+        leaf.reverse()
+        rim = [np.empty(0, np.int64)]
+        for stage, kept in zip(stages[1:], keep[1:], strict=True):
+            level = stage.level
+            bricks, local = np.nonzero(node_kinds(level, kept) == RIM)
+            nodes = level.node[bricks, local].astype(np.int64)
+            where = level.coordinates(nodes)
+            on_box = (where == 0) | (where == level.cells)
+            if level.mirrored:
+                on_box[:, 2] &= where[:, 2] != 0
+            rim.append(np.sort(nodes[~on_box.any(axis=1)]))
+        return cls(stages, keep, leaf, rim)
+
+    def leaf_nodes(self, i: int) -> NDArray[np.int64]:
+        """The inner nodes of level i that lie in its leaf octants."""
+        level = self.stages[i].level
+        brick, local = np.divmod(level.site[: level.n_inner], 512)
+        return np.flatnonzero(self.leaf[i][brick, octant_of(local)])
