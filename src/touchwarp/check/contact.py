@@ -1,0 +1,170 @@
+"""Contact error: how far f(x) lies from g(x) where the prop is touched (eq. 1)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from touchwarp.check.case import Case, Finding, PropCase
+from touchwarp.check.report import Check, measured, place, unmeasured
+
+Float = NDArray[np.float64]
+
+MEAN_SHARE = 0.5
+"""The mean may be this share of the tolerance."""
+
+MAX_FACTOR = 5.0
+"""The greatest error away from sharp edges may be this many times the tolerance."""
+
+EDGE_SAMPLES = 100_000
+HISTOGRAM_BINS = 60
+
+_SOURCE = "tolerance of the scene"
+
+
+def check_contact(case: Case) -> Finding:
+    """Mean, 99th percentile and greatest contact error of every prop, sharp edges apart.
+
+    The error is the length of f(x) − g(x): it counts what slides along the virtual surface as well
+    as what stands off it. Samples within `edge_radius` of a sharp edge count in the mean and the
+    percentile; the greatest error is held against its limit outside that tube, where the exact
+    warp is smooth, and told inside it.
+    """
+    checks: list[Check] = []
+    shown = {}
+    for prop in case.props:
+        error = case.contact_errors[prop.name]
+        edge_points, edge_targets = prop.edges.sample(
+            prop.goal, EDGE_SAMPLES, case.random("edges " + prop.name)
+        )
+        edge_error = case.contact_error(edge_points, edge_targets)
+        tube = _in_tube(prop.samples.points, edge_points, case.edge_radius)
+        checks += _area_checks(case, prop, error, tube)
+        checks += _edge_checks(case, prop, edge_points, edge_error)
+        shown[prop.name] = {
+            "tube": tube,
+            "edge_points": edge_points,
+            "edge_error": edge_error,
+        }
+    return Finding(checks, shown)
+
+
+def _in_tube(points: Float, edge_points: Float, radius: float) -> NDArray[np.bool_]:
+    """Which points are within `radius` of a sharp edge."""
+    if len(edge_points) == 0 or radius == 0.0:
+        return np.zeros(len(points), bool)
+    # samples closer together than a tenth of the radius add nothing
+    cells = np.floor(edge_points / (0.1 * radius)).astype(np.int64)
+    _, first = np.unique(cells, axis=0, return_index=True)
+    tree = cKDTree(edge_points[first])
+    distance, _ = tree.query(points, distance_upper_bound=radius, workers=-1)
+    near: NDArray[np.bool_] = np.isfinite(distance)
+    return near
+
+
+def _area_checks(case: Case, prop: PropCase, error: Float, tube: NDArray[np.bool_]) -> list[Check]:
+    tolerance_mm = 1e3 * case.tolerance
+    away = np.where(tube, -1.0, error)
+    worst_away, worst = int(away.argmax()), int(error.argmax())
+    p99 = float(np.quantile(error, 0.99))
+    beyond = float((error > case.tolerance).mean())
+    points = prop.samples.points
+    checks = [
+        measured(
+            "contact.mean",
+            "Contact error, mean",
+            1e3 * float(error.mean()),
+            "mm",
+            limit=MEAN_SHARE * tolerance_mm,
+            subject=prop.name,
+            detail=f"|f − g| over {len(error):,} samples of the surface, uniform in area.",
+            source=f"{MEAN_SHARE:g} × {_SOURCE}",
+        ),
+        measured(
+            "contact.p99",
+            "Contact error, 99th percentile",
+            1e3 * p99,
+            "mm",
+            limit=tolerance_mm,
+            subject=prop.name,
+            where=place(points, np.abs(error - p99).argmin()),
+            detail=f"{100 * beyond:.2g} % of the surface is beyond the tolerance.",
+            source=_SOURCE,
+        ),
+    ]
+    edge_mm = 1e3 * case.edge_radius
+    if tube.all():
+        checks.append(
+            unmeasured(
+                "contact.max",
+                "Contact error, greatest away from sharp edges",
+                "mm",
+                group="judged",
+                subject=prop.name,
+                detail=f"Every sample is within {edge_mm:g} mm of a sharp edge.",
+            )
+        )
+    else:
+        checks.append(
+            measured(
+                "contact.max",
+                "Contact error, greatest away from sharp edges",
+                1e3 * float(away[worst_away]),
+                "mm",
+                limit=MAX_FACTOR * tolerance_mm,
+                subject=prop.name,
+                where=place(points, worst_away),
+                detail=f"Outside the tube of {edge_mm:g} mm around sharp edges and rims, "
+                f"{100 * (1 - tube.mean()):.0f} % of the surface.",
+                source=f"{MAX_FACTOR:g} × {_SOURCE}",
+            )
+        )
+    if tube.any():
+        checks.append(
+            measured(
+                "contact.max_anywhere",
+                "Contact error, greatest anywhere",
+                1e3 * float(error[worst]),
+                "mm",
+                group="told",
+                subject=prop.name,
+                where=place(points, worst),
+                detail="At sharp edges the exact warp is singular; no limit is set there.",
+            )
+        )
+    return checks
+
+
+def _edge_checks(case: Case, prop: PropCase, points: Float, error: Float) -> list[Check]:
+    if len(error) == 0:
+        return []
+    rims = int(prop.edges.rim.sum())
+    worst = int(error.argmax())
+    length = 1e3 * float(prop.edges.length.sum())
+    what = f"{len(prop.edges.ends):,} edges that turn by more than 30°"
+    if case.dimension == 3:
+        what += f", {length:,.0f} mm of them, {rims:,} of them open rims"
+    return [
+        measured(
+            "edges.p99",
+            "Contact error on sharp edges, 99th percentile",
+            1e3 * float(np.quantile(error, 0.99)),
+            "mm",
+            limit=MAX_FACTOR * 1e3 * case.tolerance,
+            group="judged",
+            subject=prop.name,
+            detail=f"{len(error):,} samples, uniform in length, of {what}.",
+            source=f"{MAX_FACTOR:g} × {_SOURCE}",
+        ),
+        measured(
+            "edges.max",
+            "Contact error on sharp edges, greatest",
+            1e3 * float(error[worst]),
+            "mm",
+            group="told",
+            subject=prop.name,
+            where=place(points, worst),
+            detail=f"The mean is {1e3 * float(error.mean()):.3g} mm.",
+        ),
+    ]

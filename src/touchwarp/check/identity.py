@@ -1,0 +1,166 @@
+"""Where nothing may be displaced: on and beyond ∂Ω1, and on what is fixed."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchwarp.check.case import Case, Finding
+from touchwarp.check.report import Check, measured, place
+from touchwarp.check.surface_samples import sample_surface
+from touchwarp.goals.goal import Goal
+from touchwarp.scene.scene import Fixed
+from touchwarp.scene.surface import Surface
+
+Float = NDArray[np.float64]
+
+SLACK = 1e-6
+"""m: allowed on flat boundaries, where the table's nodes lie on the boundary itself."""
+
+SAMPLES = 60_000
+
+
+def check_identity(case: Case) -> Finding:
+    """|u| on ∂Ω1, beyond it, and on fixed surfaces; on a sliding plane, u along its normal."""
+    checks = [*_outer_checks(case)]
+    for fixed in case.scene.fixed:
+        checks += _fixed_checks(case, fixed)
+    return Finding(checks, {})
+
+
+def _outer_checks(case: Case) -> list[Check]:
+    rng = case.random("outer")
+    low, high = case.region.box
+    reach = high - low
+    if case.region.outer is None:
+        on = _box_points(low, high, rng, SAMPLES)
+        limit, source = SLACK, "eq. 2"
+    else:
+        body = case.region.outer
+        on = _surface_points(Surface(body.vertices, body.faces), rng)
+        limit, source = case.tolerance, "eq. 2; the table's tolerance on a curved ∂Ω1"
+    beyond = rng.uniform(low - 0.5 * reach, high + 0.5 * reach, (SAMPLES, case.dimension))
+    if case.region.outer is None:
+        outside = ~((beyond >= low) & (beyond <= high)).all(axis=1)
+    else:
+        outside = ~case.region.outer.inside(beyond)
+        near, _, _ = case.region.outer.nearest(beyond)
+        outside &= near > case.surface_cell
+    # under a sliding plane nobody's hand can be; the table fades out there
+    for fixed in case.scene.fixed:
+        if fixed.plane is not None and fixed.contact == "slide":
+            point, normal = (np.asarray(v, float) for v in fixed.plane)
+            on = on[(on - point) @ normal >= 0]
+            outside &= (beyond - point) @ normal >= 0
+    beyond = beyond[outside]
+    size_on, size_beyond = _length(case, on), _length(case, beyond)
+    worst, worst_beyond = int(size_on.argmax()), int(size_beyond.argmax())
+    return [
+        measured(
+            "identity.outer",
+            "|u| on the outer boundary ∂Ω1",
+            1e3 * float(size_on[worst]),
+            "mm",
+            limit=1e3 * limit,
+            where=place(on, worst),
+            detail=f"{len(on):,} points of ∂Ω1.",
+            source=source,
+        ),
+        measured(
+            "identity.beyond",
+            "|u| beyond ∂Ω1",
+            1e3 * float(size_beyond[worst_beyond]),
+            "mm",
+            limit=1e3 * SLACK,
+            where=place(beyond, worst_beyond),
+            detail=f"{len(beyond):,} points outside ∂Ω1.",
+            source="eq. 2",
+        ),
+    ]
+
+
+def _fixed_checks(case: Case, fixed: Fixed) -> list[Check]:
+    """Away from the contact line nothing may move; within `blend_mm` of it the residual is told."""
+    rng = case.random("fixed " + fixed.name)
+    low, high = case.region.box
+    if fixed.plane is not None:
+        point, normal = (np.asarray(v, float) for v in fixed.plane)
+        points = rng.uniform(low, high, (SAMPLES, case.dimension))
+        points -= ((points - point) @ normal)[:, None] * normal
+        limit = SLACK
+    else:
+        assert fixed.surface is not None
+        normal = None
+        points = _surface_points(fixed.surface, rng)
+        limit = case.tolerance
+    inside = ((points > low) & (points < high)).all(axis=1)
+    if case.region.outer is not None:
+        inside[inside] = case.region.outer.inside(points[inside])
+    for body in case.region.props:
+        inside[inside] = ~body.inside(points[inside])
+    points = points[inside]
+    if len(points) == 0:
+        return []
+    slides = fixed.contact == "slide" and normal is not None
+    if normal is not None and slides:
+        size = np.abs(case.warp.displacement(points) @ normal)
+        size = np.where(np.isfinite(size), size, np.inf)
+    else:
+        size = _length(case, points)
+    near = case.region.distance_to_props(points) <= 1e-3 * fixed.blend_mm + case.surface_cell
+    title = "u along the normal of the sliding plane" if slides else "|u| on the held surface"
+    checks = []
+    if not near.all():
+        away = np.where(near, -1.0, size)
+        worst = int(away.argmax())
+        checks.append(
+            measured(
+                "identity.slide" if slides else "identity.hold",
+                title,
+                1e3 * float(away[worst]),
+                "mm",
+                limit=1e3 * limit,
+                subject=fixed.name,
+                where=place(points, worst),
+                detail=f"{int((~near).sum()):,} points, farther than {fixed.blend_mm:g} mm "
+                "from the props.",
+                source="the scene's fixed surfaces",
+            )
+        )
+    if near.any():
+        close = np.where(near, size, -1.0)
+        worst = int(close.argmax())
+        checks.append(
+            measured(
+                "identity.contact_line",
+                title + ", beside the props",
+                1e3 * float(close[worst]),
+                "mm",
+                group="told",
+                subject=fixed.name,
+                where=place(points, worst),
+                detail="Where a goal contradicts the fixed surface, one is blended into the other "
+                f"over {fixed.blend_mm:g} mm; this is what remains.",
+            )
+        )
+    return checks
+
+
+def _length(case: Case, points: Float) -> Float:
+    size: Float = np.linalg.norm(case.warp.displacement(points), axis=1)
+    return np.where(np.isfinite(size), size, np.inf)
+
+
+def _box_points(low: Float, high: Float, rng: np.random.Generator, count: int) -> Float:
+    """Points on all faces of a box, as many on each."""
+    d = len(low)
+    points = rng.uniform(low, high, (2 * d, count // (2 * d), d))
+    for axis in range(d):
+        points[2 * axis, :, axis] = low[axis]
+        points[2 * axis + 1, :, axis] = high[axis]
+    return points.reshape(-1, d)
+
+
+def _surface_points(surface: Surface, rng: np.random.Generator) -> Float:
+    still = Goal(surface.vertices, surface.vertices, surface.faces)
+    return sample_surface(still, SAMPLES, rng).points
