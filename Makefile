@@ -1,0 +1,63 @@
+# `make demo` shows what touchwarp does; `make test` is what a change must pass. Both set up .venv
+# on a fresh machine (Python ≥ 3.11) and use it again as long as pyproject.toml stays the same.
+
+SHELL := /bin/bash
+VENV := .venv
+BIN := $(VENV)/bin
+DEMO := demo
+
+# The first Python of the PATH that runs and is new enough; `make PYTHON=...` overrides it.
+PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3.14 python; do \
+	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
+	&& { echo $$python; break; }; done)
+
+.PHONY: help demo test lint types tests wheel pictures format clean
+
+help:
+	@echo "make demo      the mug felt as a tea cup: scene, warp, report, pictures, in $(DEMO)/"
+	@echo "make test      lint, types, tests and the wheel: what a change must pass"
+	@echo "make format    let ruff mend and format the code"
+	@echo "make pictures  draw the README's pictures anew from the demo"
+	@echo "make clean     remove .venv, built packages and caches"
+
+demo: $(VENV)/.runs
+	$(BIN)/touchwarp demo -o $(DEMO)
+
+test: lint types tests wheel
+
+lint: $(VENV)/.develops
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(VENV)/.develops
+	$(BIN)/mypy
+
+tests: $(VENV)/.develops
+	$(BIN)/pytest -q
+
+wheel: $(VENV)/.develops
+	$(BIN)/python .ci/check_wheel.py
+
+format: $(VENV)/.develops
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+pictures: $(VENV)/.runs
+	$(BIN)/python docs/images/draw.py
+
+clean:
+	rm -rf $(VENV) build dist .mypy_cache .pytest_cache .ruff_cache src/*.egg-info
+
+$(BIN)/python:
+	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed, and none was found: install \
+	it, or name it by 'make PYTHON=/where/it/is'."; exit 1; }
+	$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); echo "The Python package 'venv' is needed \
+	(Debian: python3-venv)."; exit 1; }
+
+$(VENV)/.runs: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	touch $@
+
+$(VENV)/.develops: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	touch $@ $(VENV)/.runs

@@ -1,0 +1,82 @@
+"""What README.md and docs/ show is true of the code."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from touchwarp.cli.demo_files import write_input
+from touchwarp.cli.main import main
+from touchwarp.scene.goal_spec import GOAL_SPECS
+from touchwarp.scene.interaction import MODES, TRACKING_PRESETS, Tracking
+from touchwarp.scene.objective import Objective
+from touchwarp.scene.scene import CONTACTS
+from touchwarp.scene.shapes import SHAPES
+from touchwarp.scene.units import METRES
+
+CHECKOUT = Path(__file__).resolve().parent.parent
+README = (CHECKOUT / "README.md").read_text(encoding="utf-8")
+DOCUMENTS = [
+    CHECKOUT / "README.md",
+    CHECKOUT / "CONTRIBUTING.md",
+    CHECKOUT / "examples" / "README.md",
+    *sorted((CHECKOUT / "docs").glob("*.md")),
+]
+
+
+def block(language: str) -> str:
+    """The README's only code block in a language."""
+    (found,) = re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+    return str(found)
+
+
+@pytest.fixture
+def mug_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with the mug's mesh and the README's scene, coarsely solved."""
+    write_input(tmp_path)
+    (tmp_path / "mug.toml").write_text(block("toml") + "\n[objective]\ntolerance_mm = 2\n")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_readme_s_scene_commands_and_code_work(mug_folder: Path) -> None:
+    commands = re.findall(r"^    touchwarp (.*)$", README, flags=re.MULTILINE)
+    assert [command.split()[0] for command in commands] == ["solve", "check"]
+    for command in commands:
+        assert main(command.split()) == 0
+    assert (mug_folder / "mug.html").exists()
+
+    palms = np.array([[[-0.1, 0.0, 0.06]], [[0.12, 0.0, 0.06]]])
+    hands = palms + np.random.default_rng(0).uniform(-0.03, 0.03, (2, 26, 3))
+    hands[0, 3] = np.nan
+    names: dict[str, np.ndarray] = {"hands": hands}
+    exec(block("python"), names)
+    assert np.isnan(names["shown"][0, 3]).all()
+    assert np.nanmax(np.abs(names["shown"] - hands)) > 5e-3
+    assert names["real"].shape == hands.shape
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_links_lead_to_files(path: Path) -> None:
+    links = re.findall(r"\]\(([^)#:]+)\)", path.read_text(encoding="utf-8"))
+    assert [link for link in links if not (path.parent / link).exists()] == []
+
+
+def test_the_scene_file_s_words_are_all_explained() -> None:
+    text = (CHECKOUT / "docs" / "scene-file.md").read_text(encoding="utf-8")
+    words = {
+        *(field.name for field in fields(Objective)),
+        *(key for spec in GOAL_SPECS.values() for key in spec.keys),
+        *(field.name for field in fields(Tracking) if field.name != "name"),
+        *MODES,
+        *CONTACTS,
+        *TRACKING_PRESETS,
+        *SHAPES,
+        *METRES,
+        *GOAL_SPECS,
+    }
+    assert [word for word in sorted(words) if not re.search(rf"\b{word}\b", text)] == []
