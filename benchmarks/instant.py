@@ -25,6 +25,7 @@ from touchwarp.cli.demo_files import write_input
 from touchwarp.solve.stencil import LANES
 from touchwarp.warp.from_solution import TableMaker
 from touchwarp.warp.solve_bases import RANGE_SHIFT, RANGE_STRETCH, RANGE_TOLERANCE, _basis_data
+from touchwarp.warp.table_grid import TableGrid
 
 GOALS = {
     "cup": tw.TransformGoal(scale=[1.2, 1.2, 0.6], translation=[0.015, 0, 0]),
@@ -107,8 +108,8 @@ def same_grid(scene: tw.Scene, bases: tw.AffineBases, spec: tw.TransformGoal) ->
     data, lanes = problem.goal_data(whole.goals), problem.normal_lanes
     solver.solve(data, lanes)
     solution = solver.solution(0.0)
-    maker = TableMaker(problem, solution, solver.tube)
-    values, _, _ = maker.fitted(solution, data, lanes)
+    maker = TableMaker(problem, solution, TableGrid.of(solution), solver.tube)
+    values = maker.fitted(solution, data, lanes).values
     bricks = maker.bricks(solution, [v[:, :3].copy() for v in values])
     matrix = whole.goals["mug"].matrix
     assert matrix is not None

@@ -41,7 +41,7 @@ tolerance."""
 MOST_CELLS_ACROSS_TUBE = 8.0
 """… and no smaller than this share of it."""
 
-CYCLES = 2
+CYCLES = 1
 """V-cycles on each level of the full multigrid start."""
 
 MOST_CYCLES = 30
@@ -90,6 +90,8 @@ class AdaptiveSolver:
         self._terms: list[list[Terms]] = []
         self._needed = [stage.level.has_cells for stage in self.multigrid.stages]
         self._kept = self.multigrid.root + 1
+        self._depth_at_edges = self._depth_of(edge_radius / CELLS_ACROSS_TUBE)
+        self._errors: list[NDArray[np.float32]] = []
         corners = problem.frame.to_scene(problem.boundary.corners)
         edges = sharp_edges(corners, problem.boundary.faces)
         self.tube = Tube(points_along(corners, edges, 0.25 * max(edge_radius, 1e-4)), edge_radius)
@@ -124,10 +126,9 @@ class AdaptiveSolver:
         else:
             for i in range(len(grid.stages)):
                 self._start(i, data)
-        depth_at_edges = self._depth_of(self.edge_radius / CELLS_ACROSS_TUBE)
         deepest = self._depth_of(self.edge_radius / MOST_CELLS_ACROSS_TUBE)
         while True:
-            bricks = self._next_bricks(data, lane_scale, depth_at_edges)
+            bricks = self._next_bricks(data, lane_scale, self._depth_at_edges)
             if len(bricks):
                 self._check_memory(len(bricks))
                 self._add_level(bricks, bricks, data)
@@ -137,10 +138,10 @@ class AdaptiveSolver:
             self.tube = self.tube.with_thin_parts(
                 grid.stages[-1], self.regions[-1], self.problem.frame
             )
-            if depth_at_edges >= deepest or self._error_outside_tube() < 0.5 * self.tolerance:
+            self.settle()
+            if self._depth_at_edges >= deepest or self._error_outside_tube() < 0.5 * self.tolerance:
                 break
-            depth_at_edges += 1
-        self.settle()
+            self._depth_at_edges += 1
 
     def solve(self, data: NDArray[np.float64], normal_lanes: NDArray[np.bool_]) -> None:
         """Solve for other boundary data (v, 4) on the grid as it is.
@@ -168,7 +169,7 @@ class AdaptiveSolver:
         return bool(can.any())
 
     def settle(self) -> None:
-        """Cycle until u no longer changes.
+        """Cycle until u no longer changes, and estimate its error.
 
         Raises:
             SolveError: it keeps changing.
@@ -185,6 +186,7 @@ class AdaptiveSolver:
             self.changes.append(float(change.max(initial=0.0)))
             floor = ROUNDING * float((np.abs(finest.u) * self._lane_scale).max(initial=0.0))
             if self.changes[-1] <= max(SETTLED * self.tolerance, floor):
+                self._errors = discretisation_error(self.multigrid)
                 return
         history = ", ".join(f"{c * 1e3:.3g}" for c in self.changes)
         raise SolveError(
@@ -201,13 +203,12 @@ class AdaptiveSolver:
     def solution(self, contradiction: float) -> Solution:
         """What has been found."""
         grid = self.multigrid
-        errors = discretisation_error(grid)
         root = grid.root
         return Solution(
             grid.stages[root:],
             self.regions[root:],
             self._needed[root:],
-            errors[root:],
+            self._errors[root:],
             self.nodes,
             float(self.problem.frame.spacing.min() / 2.0 ** grid.stages[-1].level.depth),
             tuple(self.residuals),
@@ -330,8 +331,9 @@ class AdaptiveSolver:
     def _error_outside_tube(self) -> float:
         """m: the greatest estimated discretisation error farther than the radius from edges."""
         worst = 0.0
-        errors = discretisation_error(self.multigrid)
-        for stage, region, error in zip(self.multigrid.stages, self.regions, errors, strict=True):
+        for stage, region, error in zip(
+            self.multigrid.stages, self.regions, self._errors, strict=True
+        ):
             size = np.sqrt((error[:, :3] ** 2).sum(axis=1))
             nodes = np.flatnonzero((region == 1) & (size > 0.5 * self.tolerance))
             if stage.level.depth < 0 or len(nodes) == 0:
@@ -351,6 +353,7 @@ class AdaptiveSolver:
         needed = (self.nodes + bricks * NODES_PER_BRICK) * BYTES_PER_NODE
         if needed <= self.memory_limit:
             return
+        self.settle()
         met = max(self._error_outside_tube(), self.tolerance * 1.5)
         raise SolveError(
             f"A tolerance of {self.tolerance * 1e3:g} mm needs about {needed / 1e9:.2g} GB, over "

@@ -20,7 +20,7 @@ discretisation add up."""
 STRONG = 4.0
 """Octants above the limit by this factor will be split again on the next level."""
 
-MISFIT = 2.0
+MISFIT = 6.0
 """Octants are split, too, where the table before its fit is off g by this many times the limit."""
 
 
@@ -70,7 +70,7 @@ class Marker:
             self.capped = True
             none = np.zeros((len(stage.level.bricks), 8), bool)
             return none, none
-        value, of_octant = indicate(stage, region, lane_scale)
+        value, of_octant = indicate(stage, region, lane_scale, normal_lanes)
         marked, strong = of_octant > limit, of_octant > STRONG * limit
         if tube is not None and marked.any():
             nodes = np.flatnonzero(value > limit)

@@ -24,19 +24,25 @@ discretisation error of the node itself."""
 
 
 def indicate(
-    stage: Stage, region: Region, lane_scale: NDArray[np.float32]
+    stage: Stage,
+    region: Region,
+    lane_scale: NDArray[np.float32],
+    normal_lanes: NDArray[np.bool_],
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """The indicator of each inner node in Ω, 0 elsewhere, and the greatest of each octant's.
 
     Args:
         stage, region: the level.
         lane_scale: (4,) weight of each lane, to metres; 0 leaves one out.
+        normal_lanes: (4,) lanes that vanish on the sliding plane, and are odd across it.
 
     Returns:
         (n_inner,) and (b, 8) float32 m. Nodes on the face of two octants count for both.
     """
     level, cuts = stage.level, stage.cuts
     value = np.zeros(level.n_inner, np.float32)
+    on_floor = np.zeros(level.n_inner, np.bool_)
+    on_floor[stage.floor[stage.floor < level.n_inner]] = True
     _indicate_nodes(
         level.neighbours,
         cuts.row,
@@ -47,6 +53,8 @@ def indicate(
         stage.u,
         region,
         lane_scale,
+        on_floor,
+        normal_lanes,
         value,
     )
     octants = np.zeros((len(level.bricks), 8), np.float32)
@@ -55,14 +63,12 @@ def indicate(
 
 
 @njit(cache=True)
-def second_difference(m, axis, neighbours, row, start, direction, distance, cut_values, u, q):
-    """h² ∂²u along an axis at an inner node, through crossings where cut; 0 where one is near."""
+def _cut_difference(m, axis, neighbours, cuts, u, q):
+    """h² ∂²u along an axis at a node with crossings; 0 where one is too near."""
+    first, end, direction, distance, cut_values = cuts
     near_minus, near_plus = 1.0, 1.0
     minus, plus = u[neighbours[m, 2 * axis], q], u[neighbours[m, 2 * axis + 1], q]
-    r = row[m]
-    if r < 0:
-        return minus + plus - 2.0 * u[m, q]
-    for k in range(start[r], start[r + 1]):
+    for k in range(first, end):
         if direction[k] == 2 * axis:
             near_minus, minus = distance[k], cut_values[k, q]
         elif direction[k] == 2 * axis + 1:
@@ -73,41 +79,48 @@ def second_difference(m, axis, neighbours, row, start, direction, distance, cut_
     return 2.0 * ((minus - u[m, q]) / (near_minus * both) + (plus - u[m, q]) / (near_plus * both))
 
 
-@njit(cache=True)
-def _indicator(m, neighbours, row, start, direction, distance, cut_values, u, lane_scale):
-    # Norms of the sums over axes: x, y, z, xy, xz, yz, xyz.
-    square = np.zeros(7)
-    for q in range(4):
-        if lane_scale[q] == 0.0:
-            continue
-        x = lane_scale[q] * second_difference(
-            m, 0, neighbours, row, start, direction, distance, cut_values, u, q
-        )
-        y = lane_scale[q] * second_difference(
-            m, 1, neighbours, row, start, direction, distance, cut_values, u, q
-        )
-        z = lane_scale[q] * second_difference(
-            m, 2, neighbours, row, start, direction, distance, cut_values, u, q
-        )
-        square[0] += x * x
-        square[1] += y * y
-        square[2] += z * z
-        square[3] += (x + y) ** 2
-        square[4] += (x + z) ** 2
-        square[5] += (y + z) ** 2
-        square[6] += (x + y + z) ** 2
-    return np.sqrt(square.max()) / 8.0
-
-
 @njit(cache=True, parallel=True)
 def _indicate_nodes(
-    neighbours, row, start, direction, distance, cut_values, u, region, lane_scale, value
+    neighbours,
+    row,
+    start,
+    direction,
+    distance,
+    cut_values,
+    u,
+    region,
+    lane_scale,
+    on_floor,
+    normal_lanes,
+    value,
 ):
     for m in prange(len(value)):
-        if region[m] == 1:
-            value[m] = _indicator(
-                m, neighbours, row, start, direction, distance, cut_values, u, lane_scale
-            )
+        if region[m] != 1:
+            continue
+        xx = yy = zz = xy = xz = yz = 0.0
+        for q in range(4):
+            if row[m] < 0:
+                twice = 2.0 * u[m, q]
+                x = u[neighbours[m, 0], q] + u[neighbours[m, 1], q] - twice
+                y = u[neighbours[m, 2], q] + u[neighbours[m, 3], q] - twice
+                z = u[neighbours[m, 4], q] + u[neighbours[m, 5], q] - twice
+            else:
+                cuts = start[row[m]], start[row[m] + 1], direction, distance, cut_values
+                x = _cut_difference(m, 0, neighbours, cuts, u, q)
+                y = _cut_difference(m, 1, neighbours, cuts, u, q)
+                z = _cut_difference(m, 2, neighbours, cuts, u, q)
+            if on_floor[m] and normal_lanes[q]:
+                z = 0.0
+            weight = lane_scale[q] * lane_scale[q]
+            xx += weight * x * x
+            yy += weight * y * y
+            zz += weight * z * z
+            xy += weight * x * y
+            xz += weight * x * z
+            yz += weight * y * z
+        two = max(xx + yy + 2.0 * xy, xx + zz + 2.0 * xz, yy + zz + 2.0 * yz)
+        three = xx + yy + zz + 2.0 * (xy + xz + yz)
+        value[m] = np.sqrt(max(xx, yy, zz, two, three)) / 8.0
 
 
 @njit(cache=True, parallel=True)

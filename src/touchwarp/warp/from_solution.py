@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.solve.ghosts import extend_inwards
 from touchwarp.solve.problem import Problem
-from touchwarp.solve.samples import (
-    goal_at_samples,
-    sample_points,
-    sample_surfaces,
-)
+from touchwarp.solve.samples import Samples, goal_at_samples, sample_points, sample_surfaces
 from touchwarp.solve.solution import Solution
 from touchwarp.solve.tube import Tube
 from touchwarp.warp.bricks import Bricks
@@ -22,13 +20,29 @@ from touchwarp.warp.table_grid import TableGrid
 Real = NDArray[np.float64]
 
 
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A table's node values, before they are rounded and stored.
+
+    Attributes:
+        values: for each stage, (n, 4) m.
+        moves: for each stage, (n, 4) m: how far they are from the solution.
+        samples: for each stage, points of the surfaces, and residuals: (s,) m, |table − g| there.
+    """
+
+    values: list[Real]
+    moves: list[Real]
+    samples: list[Samples]
+    residuals: list[Real]
+
+
 class TableMaker:
     """The way from node values to bricks for one grid; goals may change."""
 
-    def __init__(self, problem: Problem, solution: Solution, tube: Tube) -> None:
+    def __init__(self, problem: Problem, solution: Solution, grid: TableGrid, tube: Tube) -> None:
         """Sample the surfaces and set up the fit."""
         self.problem = problem
-        self.grid = TableGrid.of(solution)
+        self.grid = grid
         self._stages = stages = solution.stages
         self.samples = [
             sample_surfaces(stage, problem.boundary, leaf)
@@ -58,8 +72,8 @@ class TableMaker:
 
     def fitted(
         self, solution: Solution, data: NDArray[np.float64], normal_lanes: NDArray[np.bool_]
-    ) -> tuple[list[Real], list[Real], list[Real]]:
-        """Node values, how far they are from the solution, and |table − g| at samples; by stage."""
+    ) -> Fitted:
+        """The table of a solution, fitted to boundary data (v, 4)."""
         stages = solution.stages
         values = [stage.u.astype(np.float64) for stage in stages]
         for stage, region, v in zip(stages, solution.regions, values, strict=True):
@@ -69,7 +83,7 @@ class TableMaker:
         goals = self.goals_at_samples(data, normal_lanes)
         self.fit.apply(values, goals, normal_lanes)
         moves = [v - stage.u for v, stage in zip(values, stages, strict=True)]
-        return values, moves, self.fit.residuals(values, goals)
+        return Fitted(values, moves, self.samples, self.fit.residuals(values, goals))
 
     def bricks(self, solution: Solution, values: list[Real]) -> Bricks:
         """The table of node values (n, C), which are rounded in place."""

@@ -14,6 +14,7 @@ from touchwarp.warp.from_solution import TableMaker
 from touchwarp.warp.meta import BasisProp
 from touchwarp.warp.solver import Progress, WarpSolver
 from touchwarp.warp.table_error import estimate_error
+from touchwarp.warp.table_grid import TableGrid
 
 RANGE_SHIFT = 0.1
 RANGE_STRETCH = 1.0
@@ -75,13 +76,20 @@ def solve_bases(
         solver.solve(data, lanes)
         solution = solver.solution(0.0)
         if maker is None:
-            maker = TableMaker(problem, solution, solver.tube)
-        values, moves, residuals = maker.fitted(solution, data, lanes)
+            maker = TableMaker(problem, solution, TableGrid.of(solution), solver.tube)
+        fitted = maker.fitted(solution, data, lanes)
         found = estimate_error(
-            maker, solution, moves, residuals, solver.tube, lane_scale, solver.tolerance
+            problem,
+            maker.grid,
+            solution,
+            solver.tube,
+            lane_scale,
+            lanes,
+            solver.tolerance,
+            fitted,
         )
         error = max(error or found, found, key=lambda e: e.outside_tube_max)
-        fields.append(values)
+        fields.append(fitted.values)
     assert maker is not None
     assert error is not None
     channels = [np.concatenate([f[i] for f in fields], axis=1) for i in range(len(fields[0]))]

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from touchwarp.solve.problem import Problem
 from touchwarp.solve.refine import indicate
 from touchwarp.solve.samples import sample_points
 from touchwarp.solve.solution import Solution
 from touchwarp.solve.tube import Tube
-from touchwarp.warp.from_solution import TableMaker
+from touchwarp.warp.from_solution import Fitted
+from touchwarp.warp.table_grid import TableGrid
 
 Real = NDArray[np.float64]
 
@@ -40,23 +42,24 @@ class TableError:
 
 
 def estimate_error(
-    maker: TableMaker,
+    problem: Problem,
+    grid: TableGrid,
     solution: Solution,
-    moves: list[Real],
-    residuals: list[Real],
     tube: Tube,
     lane_scale: NDArray[np.float32],
+    normal_lanes: NDArray[np.bool_],
     tolerance: float,
+    fitted: Fitted | None = None,
 ) -> TableError:
     """Add up discretisation (τ), interpolation (⅛ |Σ h² ∂²u|) and what hanging and fitting moved.
 
     Args:
-        maker, solution: the table and what it was made of.
-        moves: for each stage, (n, 4) how far the table's nodes are from the solution.
-        residuals: for each stage, (s,) m, |table − g| at its samples.
+        problem, grid, solution: what the table is made of.
         tube: where only contact is promised.
         lane_scale: (4,) weight of each lane, to metres.
+        normal_lanes: (4,) lanes that vanish on the sliding plane.
         tolerance: m.
+        fitted: the table; without it, what hanging and fitting add is left out.
     """
     outside, inside, points, depths = (
         [np.zeros(1)],
@@ -66,25 +69,28 @@ def estimate_error(
     )
     scale = lane_scale.astype(np.float64)
     for i, stage in enumerate(solution.stages):
-        nodes = maker.grid.leaf_nodes(i)
+        nodes = grid.leaf_nodes(i)
         nodes = nodes[solution.regions[i][nodes] == 1]
         if len(nodes) == 0:
             continue
-        interpolation, _ = indicate(stage, solution.regions[i], lane_scale)
+        interpolation, _ = indicate(stage, solution.regions[i], lane_scale, normal_lanes)
         size = interpolation[nodes] + np.linalg.norm(solution.error[i][nodes] * scale, axis=1)
-        size = size + np.linalg.norm(moves[i][nodes] * scale, axis=1)
+        if fitted is not None:
+            size = size + np.linalg.norm(fitted.moves[i][nodes] * scale, axis=1)
         suspects = np.flatnonzero(size > 0.5 * min(size.max(), tolerance))
         where = stage.level.coordinates(nodes[suspects]) / 2.0**stage.level.depth
         in_tube = np.zeros(len(nodes), bool)
-        in_tube[suspects] = tube.contains(maker.problem.frame.to_scene(where))
+        in_tube[suspects] = tube.contains(problem.frame.to_scene(where))
         outside.append(size[~in_tube])
         inside = max(inside, float(size[in_tube].max(initial=0.0)))
         poor = (size[suspects] > tolerance) & ~in_tube[suspects]
         points.append(where[poor])
         depths.append(np.full(int(poor.sum()), stage.level.depth))
-    p99, worst = _contact(maker, residuals)
-    if p99 > tolerance:
-        for stage, samples, size in zip(solution.stages, maker.samples, residuals, strict=True):
+    p99, worst = (0.0, 0.0) if fitted is None else _contact(problem, fitted)
+    if fitted is not None and p99 > tolerance:
+        for stage, samples, size in zip(
+            solution.stages, fitted.samples, fitted.residuals, strict=True
+        ):
             points.append(sample_points(stage, samples)[size > tolerance])
             depths.append(np.full(int((size > tolerance).sum()), stage.level.depth))
     all_outside = np.concatenate(outside)
@@ -99,12 +105,12 @@ def estimate_error(
     )
 
 
-def _contact(maker: TableMaker, residuals: list[Real]) -> tuple[float, float]:
+def _contact(problem: Problem, fitted: Fitted) -> tuple[float, float]:
     """99th percentile by area, and maximum, of residuals on the props."""
     sizes: list[Real] = [np.zeros(1)]
     areas: list[Real] = [np.zeros(1)]
-    for i, (samples, size) in enumerate(zip(maker.samples, residuals, strict=True)):
-        own = maker.problem.boundary.owner[samples.triangle] >= 0
+    for i, (samples, size) in enumerate(zip(fitted.samples, fitted.residuals, strict=True)):
+        own = problem.boundary.owner[samples.triangle] >= 0
         sizes.append(size[own])
         areas.append(samples.weight[own].astype(np.float64) / 4.0**i)
     size, area = np.concatenate(sizes), np.concatenate(areas)
