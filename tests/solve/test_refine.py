@@ -1,4 +1,4 @@
-"""The indicator is the greatest trilinear error of a parabola, and knows the mirror at the floor."""
+"""The indicator is the greatest trilinear error of a parabola; it knows the floor's mirror."""
 
 import numpy as np
 import pytest
