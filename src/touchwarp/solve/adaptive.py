@@ -15,7 +15,7 @@ from touchwarp.solve.ghosts import extend_inwards
 from touchwarp.solve.interface import hanging_values
 from touchwarp.solve.level import OFFSETS
 from touchwarp.solve.marking import Marker
-from touchwarp.solve.multigrid import Multigrid
+from touchwarp.solve.multigrid import SWEEPS, Lanes, Multigrid, Stage
 from touchwarp.solve.problem import Problem
 from touchwarp.solve.refine import octant_coordinates, surrounded, unique_rows, widened
 from touchwarp.solve.region import Region, agree, flood_level
@@ -41,8 +41,9 @@ tolerance."""
 MOST_CELLS_ACROSS_TUBE = 8.0
 """… and no smaller than this share of it."""
 
-CYCLES = 1
-"""V-cycles on each level of the full multigrid start."""
+HELPED = 0.9
+"""Finer cells near edges have helped if the error outside the tube is below this share of the one
+before."""
 
 MOST_CYCLES = 30
 
@@ -127,6 +128,7 @@ class AdaptiveSolver:
             for i in range(len(grid.stages)):
                 self._start(i, data)
         deepest = self._depth_of(self.edge_radius / MOST_CELLS_ACROSS_TUBE)
+        missed = np.inf
         while True:
             bricks = self._next_bricks(data, lane_scale, self._depth_at_edges)
             if len(bricks):
@@ -138,10 +140,13 @@ class AdaptiveSolver:
             self.tube = self.tube.with_thin_parts(
                 grid.stages[-1], self.regions[-1], self.problem.frame
             )
-            self.settle()
-            if self._depth_at_edges >= deepest or self._error_outside_tube() < 0.5 * self.tolerance:
+            if self._depth_at_edges >= deepest:
+                break
+            before, missed = missed, self._error_outside_tube()
+            if missed < 0.5 * self.tolerance or missed > HELPED * before:
                 break
             self._depth_at_edges += 1
+        self.settle()
 
     def solve(self, data: NDArray[np.float64], normal_lanes: NDArray[np.bool_]) -> None:
         """Solve for other boundary data (v, 4) on the grid as it is.
@@ -176,12 +181,12 @@ class AdaptiveSolver:
         """
         finest = self.multigrid.stages[-1]
         last = len(self.multigrid.stages) - 1
-        self.residuals = [self.multigrid.residual(last)]
+        self.residuals = [_greatest(self.multigrid.residual(last))]
         self.changes = []
         for _ in range(MOST_CYCLES):
             before = finest.u.copy()
             self.multigrid.cycle()
-            self.residuals.append(self.multigrid.residual(last))
+            self.residuals.append(_greatest(self.multigrid.residual(last)))
             change = np.abs(finest.u - before) * self._lane_scale
             self.changes.append(float(change.max(initial=0.0)))
             floor = ROUNDING * float((np.abs(finest.u) * self._lane_scale).max(initial=0.0))
@@ -217,8 +222,8 @@ class AdaptiveSolver:
             contradiction,
         )
 
-    def _start(self, i: int, data: NDArray[np.float64]) -> None:
-        """First values on level i, from the coarser one."""
+    def _start(self, i: int, data: NDArray[np.float64], narrow: Stage | None = None) -> None:
+        """First values on level i: from the coarser one, or from the level that i replaces."""
         grid = self.multigrid
         if len(self._terms) == i:
             stage = grid.stages[i]
@@ -232,7 +237,10 @@ class AdaptiveSolver:
             grid.smooth(0, 60)
         else:
             grid.start_from_coarser(i)
-            for _ in range(CYCLES):
+            if narrow is not None:
+                grid.take_values(i, narrow)
+                grid.smooth(i, SWEEPS)
+            else:
                 grid.cycle(i)
         if len(self.regions) == i:
             stages, owner = grid.stages, self.problem.boundary.owner
@@ -281,9 +289,9 @@ class AdaptiveSolver:
         if len(bricks) == len(have):
             return False
         before = level.bricks[self._needed[-1]].astype(np.int64)
-        self.multigrid.drop_finest()
+        narrow = self.multigrid.drop_finest()
         del self.regions[-1], self._terms[-1], self._needed[-1]
-        self._add_level(bricks, np.concatenate([before, needed]), data)
+        self._add_level(bricks, np.concatenate([before, needed]), data, narrow)
         return True
 
     def _beside_poor_rim(self, depth_at_edges: int) -> NDArray[np.int64]:
@@ -319,21 +327,24 @@ class AdaptiveSolver:
         bricks: NDArray[np.int64],
         needed: NDArray[np.int64],
         data: NDArray[np.float64],
+        narrow: Stage | None = None,
     ) -> None:
-        """A level of the given bricks, of which some are needed for the tolerance itself."""
+        """A level of the given bricks, of which some are needed for the tolerance itself.
+
+        `narrow` is the level with fewer bricks that it replaces.
+        """
         level = self.multigrid.refine(bricks).level
         is_needed = np.zeros(len(level.bricks), bool)
         there = level.index_of(needed)
         is_needed[there[there >= 0]] = True
         self._needed.append(is_needed & level.has_cells)
-        self._start(len(self.multigrid.stages) - 1, data)
+        self._start(len(self.multigrid.stages) - 1, data, narrow)
 
     def _error_outside_tube(self) -> float:
         """m: the greatest estimated discretisation error farther than the radius from edges."""
         worst = 0.0
-        for stage, region, error in zip(
-            self.multigrid.stages, self.regions, self._errors, strict=True
-        ):
+        errors = discretisation_error(self.multigrid)
+        for stage, region, error in zip(self.multigrid.stages, self.regions, errors, strict=True):
             size = np.sqrt((error[:, :3] ** 2).sum(axis=1))
             nodes = np.flatnonzero((region == 1) & (size > 0.5 * self.tolerance))
             if stage.level.depth < 0 or len(nodes) == 0:
@@ -353,7 +364,6 @@ class AdaptiveSolver:
         needed = (self.nodes + bricks * NODES_PER_BRICK) * BYTES_PER_NODE
         if needed <= self.memory_limit:
             return
-        self.settle()
         met = max(self._error_outside_tube(), self.tolerance * 1.5)
         raise SolveError(
             f"A tolerance of {self.tolerance * 1e3:g} mm needs about {needed / 1e9:.2g} GB, over "
@@ -366,6 +376,10 @@ class AdaptiveSolver:
         depth = self.multigrid.stages[-1].level.depth
         planned = self._depth_of(self.edge_radius / CELLS_ACROSS_TUBE)
         return min(0.9, 0.9 * 4.0 ** (depth - planned))
+
+
+def _greatest(residual: Lanes) -> float:
+    return float(np.abs(residual).max(initial=0.0))
 
 
 def _rounded_up(value: float) -> float:

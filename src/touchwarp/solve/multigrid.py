@@ -87,9 +87,9 @@ class Multigrid:
         self.stages.append(self._make_stage(depth, self.frame.root_cells << depth, bricks))
         return self.stages[-1]
 
-    def drop_finest(self) -> None:
-        """Forget the finest level."""
-        del self.stages[-1]
+    def drop_finest(self) -> Stage:
+        """Take the finest level away."""
+        return self.stages.pop()
 
     def _make_stage(self, depth: int, cells: NDArray[np.int64], bricks: NDArray[np.int64]) -> Stage:
         coarser = self.stages[-1] if self.stages else None
@@ -192,6 +192,14 @@ class Multigrid:
         )
         self._set_rim(i)
 
+    def take_values(self, i: int, narrow: Stage) -> None:
+        """Level i takes the inner values of a stage of the same depth with fewer bricks."""
+        stage = self.stages[i]
+        there = stage.level.index_of(narrow.level.bricks.astype(np.int64))
+        old, new = narrow.level.node, stage.level.node[there]
+        both = (there[:, None] >= 0) & (old >= 0) & (old < narrow.level.n_inner)
+        stage.u[new[both]] = narrow.u[old[both]]
+
     def cycle(self, i: int | None = None) -> None:
         """One V-cycle from level i (the finest without it) down and back."""
         i = len(self.stages) - 1 if i is None else i
@@ -224,8 +232,8 @@ class Multigrid:
                 stencil.sweep(*arguments, first, last)
                 self._hold_floor(stage, stage.u)
 
-    def residual(self, i: int) -> float:
-        """Compute a level's residual; the greatest component, in m (rows scaled by h²)."""
+    def residual(self, i: int) -> Lanes:
+        """Compute a level's residual, (n, 4) m (rows scaled by h²)."""
         stage = self.stages[i]
         level, rows = stage.level, stage.stencils
         share(level.n)
@@ -241,7 +249,7 @@ class Multigrid:
             stage.r,
         )
         self._hold_floor(stage, stage.r)
-        return float(np.abs(stage.r[: level.n_inner]).max(initial=0.0))
+        return stage.r
 
     def coarsen_equation(self, i: int) -> None:
         """Give the coarser level its FAS equation from level i."""
@@ -249,16 +257,10 @@ class Multigrid:
         self.residual(i)
         under, over = fine.covered
         transfer.inject(fine.u, coarse.u, coarse.before, under, over)
-        coarse.f[over] = 0.0
-        self.residual(i - 1)
         share(fine.level.n)
-        rows = coarse.stencils
-        diagonal = np.float32(2.0 * rows.axis_weights.sum() + rows.screening)
-        level = fine.level
+        level, rows = fine.level, coarse.stencils
         transfer.restrict_equation(
             fine.r,
-            coarse.f,
-            coarse.r,
             under,
             over,
             level.site,
@@ -267,9 +269,15 @@ class Multigrid:
             level.bricks,
             level.mirrored,
             level.n_inner,
+            coarse.u,
+            coarse.level.neighbours,
             coarse.cuts.row,
             rows.rows,
-            diagonal,
+            coarse.boundary,
+            rows.axis_weights,
+            rows.screening,
+            self.floor_zero,
+            coarse.f,
         )
 
     def correct(self, i: int) -> None:

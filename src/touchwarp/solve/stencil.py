@@ -128,38 +128,45 @@ def sweep(u, f, neighbours, row, rows, boundary, axis_weights, screening, first,
                 ) * own
 
 
+@njit(cache=True, fastmath=True, inline="always")
+def row_residual(u, neighbours, row, rows, boundary, axis_weights, diagonal, m, out):
+    """Boundary term - (A u) in the row of inner node m, scaled to the plain rows' diagonal."""
+    wx, wy, wz = axis_weights[0], axis_weights[1], axis_weights[2]
+    r = row[m]
+    a, b, c = neighbours[m, 0], neighbours[m, 1], neighbours[m, 2]
+    d, e, g = neighbours[m, 3], neighbours[m, 4], neighbours[m, 5]
+    if r < 0:
+        for q in range(LANES):
+            out[q] = (
+                wx * (u[a, q] + u[b, q])
+                + wy * (u[c, q] + u[d, q])
+                + wz * (u[e, q] + u[g, q])
+                - diagonal * u[m, q]
+            )
+    else:
+        scale = diagonal / rows[r, 6]
+        for q in range(LANES):
+            out[q] = scale * (
+                rows[r, 0] * u[a, q]
+                + rows[r, 1] * u[b, q]
+                + rows[r, 2] * u[c, q]
+                + rows[r, 3] * u[d, q]
+                + rows[r, 4] * u[e, q]
+                + rows[r, 5] * u[g, q]
+                + boundary[r, q]
+                - rows[r, 6] * u[m, q]
+            )
+
+
 @njit(cache=True, parallel=True, fastmath=True)
 def residual(u, f, neighbours, row, rows, boundary, axis_weights, screening, result):
     """The residual at every inner node; cut rows are scaled to the plain rows' diagonal."""
-    wx, wy, wz = axis_weights[0], axis_weights[1], axis_weights[2]
-    diagonal = np.float32(2.0) * (wx + wy + wz) + screening
+    diagonal = np.float32(2.0) * axis_weights.sum() + screening
     for m in prange(neighbours.shape[0]):
-        r = row[m]
-        a, b, c = neighbours[m, 0], neighbours[m, 1], neighbours[m, 2]
-        d, e, g = neighbours[m, 3], neighbours[m, 4], neighbours[m, 5]
-        if r < 0:
-            for q in range(LANES):
-                result[m, q] = (
-                    wx * (u[a, q] + u[b, q])
-                    + wy * (u[c, q] + u[d, q])
-                    + wz * (u[e, q] + u[g, q])
-                    + f[m, q]
-                    - diagonal * u[m, q]
-                )
-        else:
-            scale = diagonal / rows[r, 6]
-            for q in range(LANES):
-                result[m, q] = scale * (
-                    rows[r, 0] * u[a, q]
-                    + rows[r, 1] * u[b, q]
-                    + rows[r, 2] * u[c, q]
-                    + rows[r, 3] * u[d, q]
-                    + rows[r, 4] * u[e, q]
-                    + rows[r, 5] * u[g, q]
-                    + boundary[r, q]
-                    + f[m, q]
-                    - rows[r, 6] * u[m, q]
-                )
+        row_residual(u, neighbours, row, rows, boundary, axis_weights, diagonal, m, result[m])
+        scale = np.float32(1.0) if row[m] < 0 else diagonal / rows[row[m], 6]
+        for q in range(LANES):
+            result[m, q] += scale * f[m, q]
 
 
 @njit(cache=True)

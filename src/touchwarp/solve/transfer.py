@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit, prange
 
 from touchwarp.solve.level import node_at
-from touchwarp.solve.stencil import LANES
+from touchwarp.solve.stencil import LANES, row_residual
 
 
 @njit(cache=True)
@@ -53,8 +53,6 @@ def inject(fine_u, coarse_u, coarse_before, fine, coarse):
 @njit(cache=True, parallel=True, fastmath=True)
 def restrict_equation(
     fine_r,
-    coarse_f,
-    coarse_Lu,
     fine,
     coarse,
     site,
@@ -63,15 +61,18 @@ def restrict_equation(
     bricks,
     mirrored,
     n_inner,
+    coarse_u,
+    coarse_neighbours,
     coarse_row,
     coarse_rows,
-    diagonal,
+    coarse_boundary,
+    axis_weights,
+    screening,
+    floor_zero,
+    coarse_f,
 ):
-    """FAS right-hand side where covered: f_c = L_c(I u) + R r.
-
-    `coarse_Lu` is the coarse residual of the injected values with f = 0, in the scaled form of
-    `residual`.
-    """
+    """FAS right-hand side where covered: f_c = L_c(I u) + R r."""
+    diagonal = np.float32(2.0) * axis_weights.sum() + screening
     for i in prange(fine.shape[0]):
         m, c = fine[i], coarse[i]
         b = site[m] // 512
@@ -88,12 +89,28 @@ def restrict_equation(
                         s1 += weight * fine_r[k, 1]
                         s2 += weight * fine_r[k, 2]
                         s3 += weight * fine_r[k, 3]
+        own = coarse_f[c]
+        row_residual(
+            coarse_u,
+            coarse_neighbours,
+            coarse_row,
+            coarse_rows,
+            coarse_boundary,
+            axis_weights,
+            diagonal,
+            c,
+            own,
+        )
+        if floor and z == 0:
+            for q in range(LANES):
+                if floor_zero[q]:
+                    own[q] = np.float32(0.0)
         r = coarse_row[c]
         scale = np.float32(1.0) if r < 0 else coarse_rows[r, 6] / diagonal
-        coarse_f[c, 0] = scale * (s0 - coarse_Lu[c, 0])
-        coarse_f[c, 1] = scale * (s1 - coarse_Lu[c, 1])
-        coarse_f[c, 2] = scale * (s2 - coarse_Lu[c, 2])
-        coarse_f[c, 3] = scale * (s3 - coarse_Lu[c, 3])
+        own[0] = scale * (s0 - own[0])
+        own[1] = scale * (s1 - own[1])
+        own[2] = scale * (s2 - own[2])
+        own[3] = scale * (s3 - own[3])
 
 
 @njit(cache=True, parallel=True, fastmath=True)

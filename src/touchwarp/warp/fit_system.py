@@ -20,6 +20,10 @@ MOST_STEPS = 3000
 Real = NDArray[np.float64]
 
 
+PARTS = 4
+"""Parts of the matrix that are assembled side by side."""
+
+
 @dataclass(eq=False)
 class FitSystem:
     """(Σ w N Nᵀ + κ) x = rhs, the hanging unknowns eliminated.
@@ -72,8 +76,7 @@ class FitSystem:
         for _ in range(MOST_STEPS):
             if (rz <= goal).all():
                 return x
-            _multiply(self.start, self.length, self.column, self.value, p, q)
-            pq = np.einsum("ij,ij->j", p, q)
+            pq = _multiply(self.start, self.length, self.column, self.value, p, q)
             alpha = np.divide(rz, pq, out=np.zeros(LANES), where=pq > 0.0)
             new = _advance(alpha, p, q, inverse, x, r, z)
             beta = np.divide(new, rz, out=np.zeros(LANES), where=rz > 0.0)
@@ -164,29 +167,34 @@ def _add(row, to, amount, start, length, column, value):
     length[row] += 1
 
 
-@njit(cache=True)
+@njit(cache=True, parallel=True)
 def _assemble(cells, gram, tie, link, master, share, start, length, column, value):
-    for m in range(len(tie)):
-        if tie[m] > 0.0:
-            _add(m, m, tie[m], start, length, column, value)
-    rows, columns = np.empty(4, np.int32), np.empty(4, np.int32)
-    row_weight, column_weight = np.empty(4), np.empty(4)
-    for c in range(len(cells)):
-        for i in range(8):
-            n = _expand(cells[c, i], link, master, share, rows, row_weight)
-            for j in range(8):
-                k = _expand(cells[c, j], link, master, share, columns, column_weight)
+    # Each part of the rows goes through all cells, so that no two threads write to one row.
+    for part in prange(PARTS):
+        first, end = len(tie) * part // PARTS, len(tie) * (part + 1) // PARTS
+        rows, columns = np.empty(4, np.int32), np.empty(4, np.int32)
+        row_weight, column_weight = np.empty(4), np.empty(4)
+        for m in range(first, end):
+            if tie[m] > 0.0:
+                _add(m, m, tie[m], start, length, column, value)
+        for c in range(len(cells)):
+            for i in range(8):
+                n = _expand(cells[c, i], link, master, share, rows, row_weight)
                 for a in range(n):
-                    for b in range(k):
-                        _add(
-                            rows[a],
-                            columns[b],
-                            row_weight[a] * column_weight[b] * gram[c, i, j],
-                            start,
-                            length,
-                            column,
-                            value,
-                        )
+                    if not first <= rows[a] < end:
+                        continue
+                    for j in range(8):
+                        k = _expand(cells[c, j], link, master, share, columns, column_weight)
+                        for b in range(k):
+                            _add(
+                                rows[a],
+                                columns[b],
+                                row_weight[a] * column_weight[b] * gram[c, i, j],
+                                start,
+                                length,
+                                column,
+                                value,
+                            )
 
 
 @njit(cache=True)
@@ -199,6 +207,8 @@ def _diagonal(start, length, column, value, diagonal):
 
 @njit(cache=True, parallel=True, fastmath=True)
 def _multiply(start, length, column, value, x, y):
+    """y = A x; returns x · y for each lane."""
+    xy0 = xy1 = xy2 = xy3 = 0.0
     for m in prange(len(length)):
         s0 = s1 = s2 = s3 = 0.0
         for e in range(start[m], start[m] + length[m]):
@@ -208,23 +218,32 @@ def _multiply(start, length, column, value, x, y):
             s2 += v * x[c, 2]
             s3 += v * x[c, 3]
         y[m, 0], y[m, 1], y[m, 2], y[m, 3] = s0, s1, s2, s3
+        xy0 += s0 * x[m, 0]
+        xy1 += s1 * x[m, 1]
+        xy2 += s2 * x[m, 2]
+        xy3 += s3 * x[m, 3]
+    return np.array([xy0, xy1, xy2, xy3])
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, parallel=True, fastmath=True)
 def _advance(alpha, p, q, inverse, x, r, z):
-    rz = np.zeros(LANES)
-    for m in range(len(x)):
+    """One step along p; returns r · z for each lane."""
+    rz0 = rz1 = rz2 = rz3 = 0.0
+    for m in prange(len(x)):
         for k in range(LANES):
             x[m, k] += alpha[k] * p[m, k]
             r[m, k] -= alpha[k] * q[m, k]
             z[m, k] = inverse[m, k] * r[m, k]
-            rz[k] += r[m, k] * z[m, k]
-    return rz
+        rz0 += r[m, 0] * z[m, 0]
+        rz1 += r[m, 1] * z[m, 1]
+        rz2 += r[m, 2] * z[m, 2]
+        rz3 += r[m, 3] * z[m, 3]
+    return np.array([rz0, rz1, rz2, rz3])
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, parallel=True, fastmath=True)
 def _turn(beta, z, p):
-    for m in range(len(p)):
+    for m in prange(len(p)):
         for k in range(LANES):
             p[m, k] = z[m, k] + beta[k] * p[m, k]
 
