@@ -22,10 +22,9 @@ from scipy.spatial import cKDTree
 import touchwarp as tw
 from touchwarp.check.surface_samples import find_sharp_edges, sample_surface
 from touchwarp.cli.demo_files import write_input
-from touchwarp.solve.stencil import LANES
-from touchwarp.warp.from_solution import TableMaker
-from touchwarp.warp.solve_bases import RANGE_SHIFT, RANGE_STRETCH, RANGE_TOLERANCE, _basis_data
-from touchwarp.warp.table_grid import TableGrid
+from touchwarp.warp.rounds import fit_round
+from touchwarp.warp.solve_bases import basis_rounds
+from touchwarp.warp.solver import IN_METRES
 
 GOALS = {
     "cup": tw.TransformGoal(scale=[1.2, 1.2, 0.6], translation=[0.015, 0, 0]),
@@ -100,17 +99,12 @@ def measure(scene: tw.Scene) -> list[Figure]:
 def same_grid(scene: tw.Scene, bases: tw.AffineBases, spec: tw.TransformGoal) -> Figure:
     """How far a combination is from a solve of the goal itself on the very grid of the bases."""
     whole = tw.WarpSolver(scene.with_goals({"mug": spec}))
-    problem, solver = whole.problem, whole.new_solver()
-    prop = bases.meta.basis["mug"]
-    reach = np.array([RANGE_SHIFT, *[RANGE_STRETCH * prop.half_diagonal] * 3], np.float32)
-    none = np.zeros(LANES, bool)
-    solver.build(_basis_data(problem, "mug", prop), none, reach / RANGE_TOLERANCE)
-    data, lanes = problem.goal_data(whole.goals), problem.normal_lanes
+    solver, rounds = basis_rounds(whole, lambda text, share: None)
+    data, lanes = whole.problem.goal_data(whole.goals), whole.problem.normal_lanes
     solver.solve(data, lanes)
-    solution = solver.solution(0.0)
-    maker = TableMaker(problem, solution, TableGrid.of(solution), solver.tube)
-    values = maker.fitted(solution, data, lanes).values
-    bricks = maker.bricks(solution, [v[:, :3].copy() for v in values])
+    own = fit_round(solver, rounds[-1].maker, data, lanes, IN_METRES)
+    assert own is not None
+    bricks = own.maker.bricks(own.solution, [v[:, :3].copy() for v in own.fitted.values])
     matrix = whole.goals["mug"].matrix
     assert matrix is not None
     combined = bases.table({"mug": matrix}).bricks

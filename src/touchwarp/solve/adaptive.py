@@ -41,6 +41,10 @@ tolerance."""
 MOST_CELLS_ACROSS_TUBE = 8.0
 """… and no smaller than this share of it."""
 
+STEPS_BACK = 2
+"""A demand rebuilds levels from this many above its cells, so that they can make room for finer
+ones; a second one from twice as many, and so on."""
+
 HELPED = 0.9
 """Finer cells near edges have helped if the error outside the tube is below this share of the one
 before."""
@@ -91,6 +95,7 @@ class AdaptiveSolver:
         self._terms: list[list[Terms]] = []
         self._needed = [stage.level.has_cells for stage in self.multigrid.stages]
         self._kept = self.multigrid.root + 1
+        self._steps_back = STEPS_BACK
         self._depth_at_edges = self._depth_of(edge_radius / CELLS_ACROSS_TUBE)
         self._errors: list[NDArray[np.float32]] = []
         corners = problem.frame.to_scene(problem.boundary.corners)
@@ -128,24 +133,27 @@ class AdaptiveSolver:
             for i in range(len(grid.stages)):
                 self._start(i, data)
         deepest = self._depth_of(self.edge_radius / MOST_CELLS_ACROSS_TUBE)
-        missed = np.inf
+        missed, grown = np.inf, True
         while True:
             bricks = self._next_bricks(data, lane_scale, self._depth_at_edges)
             if len(bricks):
                 self._check_memory(len(bricks))
                 self._add_level(bricks, bricks, data)
                 self._tell(f"{self.nodes:,} nodes", self._share_done())
+                grown = True
                 continue
-            agree(grid.stages, self.regions, self.problem.boundary.owner)
-            self.tube = self.tube.with_thin_parts(
-                grid.stages[-1], self.regions[-1], self.problem.frame
-            )
             if self._depth_at_edges >= deepest:
                 break
-            before, missed = missed, self._error_outside_tube()
-            if missed < 0.5 * self.tolerance or missed > HELPED * before:
-                break
+            if grown:
+                agree(grid.stages, self.regions, self.problem.boundary.owner)
+                self._find_thin_parts()
+                before, missed = missed, self._error_outside_tube()
+                if missed < 0.5 * self.tolerance or missed > HELPED * before:
+                    break
             self._depth_at_edges += 1
+            grown = False
+        agree(grid.stages, self.regions, self.problem.boundary.owner)
+        self._find_thin_parts()
         self.settle()
 
     def solve(self, data: NDArray[np.float64], normal_lanes: NDArray[np.bool_]) -> None:
@@ -170,7 +178,8 @@ class AdaptiveSolver:
         can = depths < self._depth_of(self.edge_radius / MOST_CELLS_ACROSS_TUBE)
         self.marker.demand(points[can], depths[can])
         if can.any():
-            self._kept = self.multigrid.root + 1 + int(depths[can].min())
+            self._kept = self.multigrid.root + 1 + max(0, int(depths[can].min()) - self._steps_back)
+            self._steps_back *= 2
         return bool(can.any())
 
     def settle(self) -> None:
@@ -339,6 +348,11 @@ class AdaptiveSolver:
         is_needed[there[there >= 0]] = True
         self._needed.append(is_needed & level.has_cells)
         self._start(len(self.multigrid.stages) - 1, data, narrow)
+
+    def _find_thin_parts(self) -> None:
+        self.tube = self.tube.with_thin_parts(
+            self.multigrid.stages[-1], self.regions[-1], self.problem.frame
+        )
 
     def _error_outside_tube(self) -> float:
         """m: the greatest estimated discretisation error farther than the radius from edges."""

@@ -23,6 +23,8 @@ STRONG = 4.0
 MISFIT = 6.0
 """Octants are split, too, where the table before its fit is off g by this many times the limit."""
 
+PER_CELL = 2
+"""Samples along a cell's side by which misfits are found."""
 
 BESIDE = 1e-3 * np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3, indexing="ij"), axis=-1).reshape(8, 3)
 """Steps, in cells, into the cells that share a node."""
@@ -101,7 +103,9 @@ class Marker:
         level, problem = stage.level, self.problem
         if level.depth >= self.deepest:
             return np.zeros_like(marked)
-        samples = sample_surfaces(stage, problem.boundary, ~marked & level.has_cells[:, None])
+        samples = sample_surfaces(
+            stage, problem.boundary, ~marked & level.has_cells[:, None], PER_CELL
+        )
         if len(samples.cell) == 0:
             return np.zeros_like(marked)
         goal = goal_at_samples(samples, problem.boundary, data)

@@ -17,7 +17,7 @@ from touchwarp.solve.level import node_at
 from touchwarp.solve.multigrid import Stage
 
 PER_CELL = 3
-"""Samples along a cell's side."""
+"""Samples along a cell's side, for the fit."""
 
 
 @dataclass(eq=False)
@@ -38,8 +38,13 @@ class Samples:
     barycentric: NDArray[np.float32]
 
 
-def sample_surfaces(stage: Stage, boundary: Boundary, leaf: NDArray[np.bool_]) -> Samples:
-    """Samples of all surfaces in the cells of the octants (b, 8) that are chosen."""
+def sample_surfaces(
+    stage: Stage, boundary: Boundary, leaf: NDArray[np.bool_], per_cell: int = PER_CELL
+) -> Samples:
+    """Samples of all surfaces in the cells of the octants (b, 8) that are chosen.
+
+    There are `per_cell` along a cell's side.
+    """
     level = stage.level
     start = np.zeros(len(level.bricks) + 1, np.int64)
     scale = 2.0**level.depth
@@ -49,6 +54,7 @@ def sample_surfaces(stage: Stage, boundary: Boundary, leaf: NDArray[np.bool_]) -
         boundary.corners,
         boundary.faces,
         scale,
+        per_cell,
         stage.triangles.start,
         stage.triangles.index,
     )
@@ -128,6 +134,7 @@ def _sample(
     corners,
     faces,
     scale,
+    per_cell,
     tri_start,
     tri_index,
     start,
@@ -138,7 +145,7 @@ def _sample(
     out_barycentric,
 ):
     counting = out_cell.shape[0] == 0
-    pitch = 1.0 / PER_CELL
+    pitch = 1.0 / per_cell
     for brick in prange(bricks.shape[0]):
         if tri_start[brick] == tri_start[brick + 1] or not leaf[brick].any():
             continue
@@ -156,10 +163,10 @@ def _sample(
             b, c = (axis + 1) % 3, (axis + 2) % 3
             area = normal[axis]
             weight = pitch * pitch * np.sqrt((normal * normal).sum()) / abs(area)
-            first_b = max(int(np.ceil(p[:, b].min() * PER_CELL - 0.5)), 0)
-            last_b = min(int(np.floor(p[:, b].max() * PER_CELL - 0.5)), 8 * PER_CELL - 1)
-            first_c = max(int(np.ceil(p[:, c].min() * PER_CELL - 0.5)), 0)
-            last_c = min(int(np.floor(p[:, c].max() * PER_CELL - 0.5)), 8 * PER_CELL - 1)
+            first_b = max(int(np.ceil(p[:, b].min() * per_cell - 0.5)), 0)
+            last_b = min(int(np.floor(p[:, b].max() * per_cell - 0.5)), 8 * per_cell - 1)
+            first_c = max(int(np.ceil(p[:, c].min() * per_cell - 0.5)), 0)
+            last_c = min(int(np.floor(p[:, c].max() * per_cell - 0.5)), 8 * per_cell - 1)
             at = np.empty(3)
             for i in range(first_b, last_b + 1):
                 for j in range(first_c, last_c + 1):
@@ -194,9 +201,9 @@ def _sample(
             start[brick + 1] = count
 
 
-@njit(cache=True)
+@njit(cache=True, parallel=True)
 def _misfit(cell, place, node, around, goal, values, lane_scale, result):
-    for s in range(len(cell)):
+    for s in prange(len(cell)):
         b, local = cell[s] // 512, cell[s] % 512
         x, y, z = local // 64, local // 8 % 8, local % 8
         gap = goal[s].copy()

@@ -80,12 +80,22 @@ class Fit:
             nodes = np.flatnonzero(numbers >= 0)
             v[nodes] += change[numbers[nodes]]
 
-    def residuals(self, values: list[Real], goals: list[Real]) -> list[Real]:
-        """For each stage, (s,) m: |table - g| over the first three lanes at its samples."""
+    def residuals(
+        self, values: list[Real], goals: list[Real], lane_scale: NDArray[np.float32]
+    ) -> list[Real]:
+        """For each stage, (s,) m: |table - g| at its samples, lanes weighted by (4,) to metres."""
         result = []
         for i, sample in enumerate(self.samples):
             size = np.empty(len(sample.cell))
-            _residuals(self.starts[i], sample.place, goals[i], self.cells[i], values[i], size)
+            _residuals(
+                self.starts[i],
+                sample.place,
+                goals[i],
+                self.cells[i],
+                values[i],
+                lane_scale.astype(np.float64),
+                size,
+            )
             result.append(size)
         return result
 
@@ -236,16 +246,16 @@ def _add_rhs(start, place, weight, goal, cells, numbers, values, rhs):
 
 
 @njit(cache=True)
-def _residuals(start, place, goal, cells, values, size):
+def _residuals(start, place, goal, cells, values, lane_scale, size):
     n = np.empty(8)
     for c in range(len(start) - 1):
         for s in range(start[c], start[c + 1]):
             _shape(place[s], n)
             square = 0.0
-            for q in range(3):
+            for q in range(LANES):
                 gap = goal[s, q]
                 for i in range(8):
                     if cells[c, i] >= 0:
                         gap -= n[i] * values[cells[c, i], q]
-                square += gap * gap
+                square += (lane_scale[q] * gap) ** 2
             size[s] = np.sqrt(square)

@@ -41,7 +41,7 @@ class FitSystem:
     start: NDArray[np.int64]
     length: NDArray[np.int32]
     column: NDArray[np.int32]
-    value: Real
+    value: NDArray[np.float32]
     inverse_diagonal: Real
     behind: NDArray[np.bool_]
     floor: NDArray[np.bool_]
@@ -109,7 +109,7 @@ def make_system(
     start = np.cumsum(room)
     length = np.zeros(count, np.int32)
     column = np.empty(start[-1], np.int32)
-    value = np.empty(start[-1])
+    value = np.empty(start[-1], np.float32)
     tie = tie.copy()
     tie[hanging] = 0.0
     _assemble(cells, gram, tie, link, master, share, start, length, column, value)

@@ -71,9 +71,16 @@ class TableMaker:
         return result
 
     def fitted(
-        self, solution: Solution, data: NDArray[np.float64], normal_lanes: NDArray[np.bool_]
+        self,
+        solution: Solution,
+        data: NDArray[np.float64],
+        normal_lanes: NDArray[np.bool_],
+        lane_scale: NDArray[np.float32],
     ) -> Fitted:
-        """The table of a solution, fitted to boundary data (v, 4)."""
+        """The table of a solution, fitted to boundary data (v, 4).
+
+        `lane_scale` (4,) weighs the lanes, to metres.
+        """
         stages = solution.stages
         values = [stage.u.astype(np.float64) for stage in stages]
         for stage, region, v in zip(stages, solution.regions, values, strict=True):
@@ -83,7 +90,7 @@ class TableMaker:
         goals = self.goals_at_samples(data, normal_lanes)
         self.fit.apply(values, goals, normal_lanes)
         moves = [v - stage.u for v, stage in zip(values, stages, strict=True)]
-        return Fitted(values, moves, self.samples, self.fit.residuals(values, goals))
+        return Fitted(values, moves, self.samples, self.fit.residuals(values, goals, lane_scale))
 
     def bricks(self, solution: Solution, values: list[Real]) -> Bricks:
         """The table of node values (n, C), which are rounded in place."""

@@ -7,14 +7,13 @@ from numpy.typing import NDArray
 
 from touchwarp.errors import SolveError
 from touchwarp.scene import Scene
+from touchwarp.solve.adaptive import AdaptiveSolver
 from touchwarp.solve.problem import Problem
 from touchwarp.solve.stencil import LANES
 from touchwarp.warp.bases import AffineBases
-from touchwarp.warp.from_solution import TableMaker
 from touchwarp.warp.meta import BasisProp
+from touchwarp.warp.rounds import MOST_ROUNDS, Round, fit_round
 from touchwarp.warp.solver import Progress, WarpSolver
-from touchwarp.warp.table_error import estimate_error
-from touchwarp.warp.table_grid import TableGrid
 
 RANGE_SHIFT = 0.1
 RANGE_STRETCH = 1.0
@@ -53,47 +52,15 @@ def solve_bases(
     whole = WarpSolver(
         scene, tolerance_mm=tolerance_mm, memory_limit_gb=memory_limit_gb, progress=progress
     )
-    tell: Progress = progress or (lambda text, share: None)
-    problem = whole.problem
-    props = _scalings(problem)
-    reach = max(prop.half_diagonal for prop in props.values())
-    lane_scale = np.array([RANGE_SHIFT, *[RANGE_STRETCH * reach] * 3], np.float32) / RANGE_TOLERANCE
-    none, all_ = np.zeros(LANES, bool), np.ones(LANES, bool)
-    solver = whole.new_solver()
-    together = np.sum([_basis_data(problem, name, props[name]) for name in props], axis=0)
-    solver.build(together, none, lane_scale)
-    error = None
-    maker: TableMaker | None = None
-    fields: list[list[NDArray[np.float64]]] = []
-    solves = [
-        (name, lanes)
-        for lanes in ((none, all_) if problem.frame.mirrored else (none,))
-        for name in props
+    props = _scalings(whole.problem)
+    lane_scale = _lane_scale(props)
+    _, rounds = basis_rounds(whole, progress or (lambda text, share: None))
+    error = max((r.error for r in rounds), key=lambda e: e.outside_tube_max)
+    channels = [
+        np.concatenate(level, axis=1)
+        for level in zip(*(r.fitted.values for r in rounds), strict=True)
     ]
-    for k, (name, lanes) in enumerate(solves):
-        tell(f"basis fields of '{name}'", 0.5 + 0.5 * k / len(solves))
-        data = _basis_data(problem, name, props[name])
-        solver.solve(data, lanes)
-        solution = solver.solution(0.0)
-        if maker is None:
-            maker = TableMaker(problem, solution, TableGrid.of(solution), solver.tube)
-        fitted = maker.fitted(solution, data, lanes)
-        found = estimate_error(
-            problem,
-            maker.grid,
-            solution,
-            solver.tube,
-            lane_scale,
-            lanes,
-            solver.tolerance,
-            fitted,
-        )
-        error = max(error or found, found, key=lambda e: e.outside_tube_max)
-        fields.append(fitted.values)
-    assert maker is not None
-    assert error is not None
-    channels = [np.concatenate([f[i] for f in fields], axis=1) for i in range(len(fields[0]))]
-    bricks = maker.bricks(solution, channels)
+    bricks = rounds[-1].maker.bricks(rounds[-1].solution, channels)
     scale = float(RANGE_TOLERANCE * lane_scale.max())
     meta = whole.meta(error).as_bases(
         props,
@@ -103,6 +70,44 @@ def solve_bases(
         error.outside_tube_rms * scale * 1e3,
     )
     return AffineBases(bricks, meta)
+
+
+def basis_rounds(whole: WarpSolver, tell: Progress) -> tuple[AdaptiveSolver, list[Round]]:
+    """The fields of each prop, with each condition on the sliding plane, and what solved them."""
+    problem = whole.problem
+    props = _scalings(problem)
+    lane_scale = _lane_scale(props)
+    none, all_ = np.zeros(LANES, bool), np.ones(LANES, bool)
+    solver = whole.new_solver()
+    together = np.sum([_basis_data(problem, name, props[name]) for name in props], axis=0)
+    solver.build(together, none, lane_scale)
+    solves = [
+        (_basis_data(problem, name, props[name]), lanes)
+        for lanes in ((none, all_) if problem.frame.mirrored else (none,))
+        for name in props
+    ]
+    rounds: list[Round] = []
+    rounds_left = MOST_ROUNDS - 1
+    while len(rounds) < len(solves):
+        tell("basis fields", 0.5 + 0.5 * len(rounds) / len(solves))
+        data, lanes = solves[len(rounds)]
+        solver.solve(data, lanes)
+        maker = rounds[-1].maker if rounds else None
+        found = fit_round(solver, maker, data, lanes, lane_scale, refine=rounds_left > 0)
+        if found is not None:
+            rounds.append(found)
+        else:
+            # One grid for all fields: the finer one takes them from the start.
+            rounds_left -= 1
+            rounds.clear()
+            solver.build(together, none, lane_scale)
+    return solver, rounds
+
+
+def _lane_scale(props: dict[str, BasisProp]) -> NDArray[np.float32]:
+    """(4,) what a unit of each field is in m, over what the error may exceed the tolerance by."""
+    reach = max(prop.half_diagonal for prop in props.values())
+    return np.array([RANGE_SHIFT, *[RANGE_STRETCH * reach] * 3], np.float32) / RANGE_TOLERANCE
 
 
 def _scalings(problem: Problem) -> dict[str, BasisProp]:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from touchwarp.errors import SceneError, SolveError
 from touchwarp.goals import goals, validate
@@ -14,21 +12,17 @@ from touchwarp.scene import Scene, closest_props
 from touchwarp.scene.goal_spec import GoalSpec, ReadyGoal
 from touchwarp.solve.adaptive import MOST_CELLS_ACROSS_TUBE, AdaptiveSolver
 from touchwarp.solve.problem import Problem, make_problem
-from touchwarp.solve.solution import Solution
-from touchwarp.warp.from_solution import Fitted, TableMaker
+from touchwarp.warp.from_solution import TableMaker
 from touchwarp.warp.meta import WarpMeta
 from touchwarp.warp.outline import outline_of, thinned
 from touchwarp.warp.plane_solver import solve_plane
 from touchwarp.warp.plane_table import PlaneTableWarp
 from touchwarp.warp.record import SolveRecord
+from touchwarp.warp.rounds import refine_rounds
 from touchwarp.warp.table import TableWarp
-from touchwarp.warp.table_error import TableError, estimate_error
-from touchwarp.warp.table_grid import TableGrid
+from touchwarp.warp.table_error import TableError
 
 Progress = Callable[[str, float], None]
-
-MOST_ROUNDS = 3
-"""Grids built at most: the first, and finer ones where its table missed the tolerance."""
 
 IN_METRES = np.array([1.0, 1.0, 1.0, 0.0], np.float32)
 """Lane scale of a displacement: three components in m, and an empty lane."""
@@ -140,43 +134,11 @@ class WarpSolver:
         else:
             self._solver.multigrid.set_screening(self.problem.screening)
             self._solver.solve(data, lanes)
-        solution, maker, fitted, error = self._refined(data, lanes)
-        bricks = maker.bricks(solution, [v[:, :3].copy() for v in fitted.values])
+        last = refine_rounds(self._solver, self._maker, data, lanes, IN_METRES, self._tell)
+        self._maker = last.maker
+        bricks = last.maker.bricks(last.solution, [v[:, :3].copy() for v in last.fitted.values])
         self._tell("done", 1.0)
-        return TableWarp(bricks, self.meta(error), SolveRecord.of(solution, error))
-
-    def _refined(
-        self, data: NDArray[np.float64], lanes: NDArray[np.bool_]
-    ) -> tuple[Solution, TableMaker, Fitted, TableError]:
-        """Fit the table to the solution; where either misses the tolerance, refine and go on."""
-        solver = self._solver
-        assert solver is not None
-        estimate = partial(
-            estimate_error,
-            lane_scale=IN_METRES,
-            normal_lanes=lanes,
-            tolerance=self.scene.objective.tolerance_mm * 1e-3,
-        )
-        contradiction = self.problem.blend.contradiction(data, lanes)
-        rounds_left = MOST_ROUNDS - 1
-        while True:
-            solution = solver.solution(contradiction)
-            maker = self._maker
-            if maker is None or not maker.fits(solution):
-                grid = TableGrid.of(solution)
-                field = estimate(self.problem, grid, solution, solver.tube)
-                if rounds_left and solver.demand(field.poor_points, field.poor_depths):
-                    rounds_left -= 1
-                    solver.build(data, lanes, IN_METRES)
-                    continue
-                maker = self._maker = TableMaker(self.problem, solution, grid, solver.tube)
-            self._tell("fitting the table to the goal", 0.92)
-            fitted = maker.fitted(solution, data, lanes)
-            error = estimate(self.problem, maker.grid, solution, solver.tube, fitted=fitted)
-            if not rounds_left or not solver.demand(error.poor_points, error.poor_depths):
-                return solution, maker, fitted, error
-            rounds_left -= 1
-            solver.build(data, lanes, IN_METRES)
+        return TableWarp(bricks, self.meta(last.error), SolveRecord.of(last.solution, last.error))
 
     def new_solver(self) -> AdaptiveSolver:
         """A solver with the root levels only."""

@@ -41,24 +41,61 @@ class TableError:
     poor_depths: NDArray[np.int64]
 
 
+@dataclass(frozen=True, eq=False)
+class FieldError:
+    """What trilinear interpolation of a solution would miss, fits aside.
+
+    Attributes:
+        nodes: for each stage, (k,) the nodes in Ω whose values the table takes.
+        size: for each, (k,) m.
+    """
+
+    nodes: list[NDArray[np.int64]]
+    size: list[Real]
+
+
+def field_error(
+    grid: TableGrid,
+    solution: Solution,
+    lane_scale: NDArray[np.float32],
+    normal_lanes: NDArray[np.bool_],
+) -> FieldError:
+    """Add up discretisation (τ) and interpolation (⅛ |Σ h² ∂²u|).
+
+    Args:
+        grid, solution: what the table is made of.
+        lane_scale: (4,) weight of each lane, to metres.
+        normal_lanes: (4,) lanes that vanish on the sliding plane.
+    """
+    scale = lane_scale.astype(np.float64)
+    own, sizes = [], []
+    for i, (stage, region) in enumerate(zip(solution.stages, solution.regions, strict=True)):
+        nodes = grid.leaf_nodes(i)
+        nodes = nodes[region[nodes] == 1]
+        interpolation, _ = indicate(stage, region, lane_scale, normal_lanes)
+        discretisation = np.linalg.norm(solution.error[i][nodes] * scale, axis=1)
+        own.append(nodes)
+        sizes.append(interpolation[nodes] + discretisation)
+    return FieldError(own, sizes)
+
+
 def estimate_error(
     problem: Problem,
-    grid: TableGrid,
     solution: Solution,
     tube: Tube,
     lane_scale: NDArray[np.float32],
-    normal_lanes: NDArray[np.bool_],
     tolerance: float,
+    field: FieldError,
     fitted: Fitted | None = None,
 ) -> TableError:
-    """Add up discretisation (τ), interpolation (⅛ |Σ h² ∂²u|) and what hanging and fitting moved.
+    """The error of the field, and what hanging and fitting moved.
 
     Args:
-        problem, grid, solution: what the table is made of.
+        problem, solution: what the table is made of.
         tube: where only contact is promised.
         lane_scale: (4,) weight of each lane, to metres.
-        normal_lanes: (4,) lanes that vanish on the sliding plane.
         tolerance: m.
+        field: the solution's own error.
         fitted: the table; without it, what hanging and fitting add is left out.
     """
     outside, inside, points, depths = (
@@ -69,12 +106,9 @@ def estimate_error(
     )
     scale = lane_scale.astype(np.float64)
     for i, stage in enumerate(solution.stages):
-        nodes = grid.leaf_nodes(i)
-        nodes = nodes[solution.regions[i][nodes] == 1]
+        nodes, size = field.nodes[i], field.size[i]
         if len(nodes) == 0:
             continue
-        interpolation, _ = indicate(stage, solution.regions[i], lane_scale, normal_lanes)
-        size = interpolation[nodes] + np.linalg.norm(solution.error[i][nodes] * scale, axis=1)
         if fitted is not None:
             size = size + np.linalg.norm(fitted.moves[i][nodes] * scale, axis=1)
         suspects = np.flatnonzero(size > 0.5 * min(size.max(), tolerance))
