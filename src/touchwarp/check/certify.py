@@ -98,6 +98,9 @@ def check(
         if not np.array_equal(meta.T_room_scene, np.eye(len(meta.T_room_scene))):
             warp = warp.at(np.linalg.inv(meta.T_room_scene))
     box = outer_box(scene, goals)
+    if scene.outer.box_scale is not None and meta is not None and meta.outer_box is not None:
+        # A solver used again, and bases, keep the ∂Ω1 of their first goal.
+        box = meta.outer_box
     case = open_case(scene, warp, goals, box, meta, samples=samples, seed=seed)
     checks: list[Check] = []
     shown: dict[str, Any] = {}

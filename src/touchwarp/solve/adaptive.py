@@ -60,7 +60,11 @@ ROUNDING = 4e-6
 
 
 class AdaptiveSolver:
-    """A problem, its grid, and u on it; the grid is kept when only the data change."""
+    """A problem, its grid, and u on it; the grid is kept when only the data change.
+
+    Attributes:
+        settled: see `SETTLED`; what shall be summed from several solutions asks for less.
+    """
 
     def __init__(
         self,
@@ -83,6 +87,7 @@ class AdaptiveSolver:
         self.tolerance = tolerance
         self.edge_radius = edge_radius
         self.memory_limit = memory_limit
+        self.settled = SETTLED
         self._tell = progress or (lambda text, share: None)
         self.multigrid = Multigrid(problem.frame, problem.boundary, problem.screening)
         self.regions: list[Region] = []
@@ -199,13 +204,13 @@ class AdaptiveSolver:
             change = np.abs(finest.u - before) * self._lane_scale
             self.changes.append(float(change.max(initial=0.0)))
             floor = ROUNDING * float((np.abs(finest.u) * self._lane_scale).max(initial=0.0))
-            if self.changes[-1] <= max(SETTLED * self.tolerance, floor):
+            if self.changes[-1] <= max(self.settled * self.tolerance, floor):
                 self._errors = discretisation_error(self.multigrid)
                 return
         history = ", ".join(f"{c * 1e3:.3g}" for c in self.changes)
         raise SolveError(
             f"No convergence in {MOST_CYCLES} cycles (change of u in mm: {history}; "
-            f"{SETTLED * self.tolerance * 1e3:.3g} was needed). Give the scene's file to the "
+            f"{self.settled * self.tolerance * 1e3:.3g} was needed). Give the scene's file to the "
             "developers: this should not happen."
         )
 

@@ -73,9 +73,15 @@ class Problem:
         return data
 
 
-def make_problem(scene: Scene, goals: Mapping[str, Goal]) -> Problem:
-    """The problem of a scene whose parts have been checked to fit together."""
-    box = outer_box(scene, goals)
+def make_problem(
+    scene: Scene, goals: Mapping[str, Goal], box: NDArray[np.float64] | None = None
+) -> Problem:
+    """The problem of a scene whose parts have been checked to fit together.
+
+    `box`, (2, 3) m, scene frame, is ∂Ω1 instead of the one that the scene's `box_scale` gives.
+    """
+    if box is None:
+        box = outer_box(scene, goals)
     frame, depth, outer = _place(scene, box)
     surfaces: list[tuple[Surface, int]] = []
     vertices: dict[str, slice] = {}

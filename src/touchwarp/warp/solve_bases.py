@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from touchwarp.errors import SolveError
 from touchwarp.scene import Scene
-from touchwarp.solve.adaptive import AdaptiveSolver
+from touchwarp.solve.adaptive import SETTLED, AdaptiveSolver
 from touchwarp.solve.problem import Problem
 from touchwarp.solve.stencil import LANES
 from touchwarp.warp.bases import AffineBases
@@ -53,7 +53,6 @@ def solve_bases(
         scene, tolerance_mm=tolerance_mm, memory_limit_gb=memory_limit_gb, progress=progress
     )
     props = _scalings(whole.problem)
-    lane_scale = _lane_scale(props)
     _, rounds = basis_rounds(whole, progress or (lambda text, share: None))
     error = max((r.error for r in rounds), key=lambda e: e.outside_tube_max)
     channels = [
@@ -61,13 +60,12 @@ def solve_bases(
         for level in zip(*(r.fitted.values for r in rounds), strict=True)
     ]
     bricks = rounds[-1].maker.bricks(rounds[-1].solution, channels)
-    scale = float(RANGE_TOLERANCE * lane_scale.max())
     meta = whole.meta(error).as_bases(
         props,
         RANGE_SHIFT,
         RANGE_STRETCH,
-        error.outside_tube_max * scale * 1e3,
-        error.outside_tube_rms * scale * 1e3,
+        error.outside_tube_max * RANGE_TOLERANCE * 1e3,
+        error.outside_tube_rms * RANGE_TOLERANCE * 1e3,
     )
     return AffineBases(bricks, meta)
 
@@ -79,6 +77,7 @@ def basis_rounds(whole: WarpSolver, tell: Progress) -> tuple[AdaptiveSolver, lis
     lane_scale = _lane_scale(props)
     none, all_ = np.zeros(LANES, bool), np.ones(LANES, bool)
     solver = whole.new_solver()
+    solver.settled = SETTLED / 10
     together = np.sum([_basis_data(problem, name, props[name]) for name in props], axis=0)
     solver.build(together, none, lane_scale)
     solves = [

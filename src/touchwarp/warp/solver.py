@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from touchwarp.errors import SceneError, SolveError
 from touchwarp.goals import goals, validate
@@ -62,7 +63,8 @@ class WarpSolver:
     """A scene prepared once and solved for many goals and mismatch weights.
 
     The first `solve` grows the grid. Later ones keep it, and grow it only where the estimated error
-    asks for more.
+    asks for more. With `box_scale` they keep ∂Ω1 as well, while the virtual objects stay in its
+    middle half.
     """
 
     def __init__(
@@ -122,7 +124,7 @@ class WarpSolver:
             self.goals = goals(self.scene)
             validate(self.scene, self.goals)
         if changed_goals or mismatch_weight is not None:
-            problem = make_problem(self.scene, self.goals)
+            problem = make_problem(self.scene, self.goals, self._kept_box())
             if not _same_surfaces(problem, self.problem):
                 self._solver = None
             self.problem = problem
@@ -139,6 +141,19 @@ class WarpSolver:
         bricks = last.maker.bricks(last.solution, [v[:, :3].copy() for v in last.fitted.values])
         self._tell("done", 1.0)
         return TableWarp(bricks, self.meta(last.error), SolveRecord.of(last.solution, last.error))
+
+    def _kept_box(self) -> NDArray[np.float64] | None:
+        """∂Ω1 of the solves before, where `box_scale` would give each goal a box of its own.
+
+        None where it is given, or where the virtual objects have left the box's middle half.
+        """
+        if self.scene.outer.box_scale is None:
+            return None
+        box = self.problem.outer_box
+        points = np.concatenate([goal.virtual_points for goal in self.goals.values()])
+        quarter = (box[1] - box[0]) / 4
+        inside = (points >= box[0] + quarter) & (points <= box[1] - quarter)
+        return box if inside.all() else None
 
     def new_solver(self) -> AdaptiveSolver:
         """A solver with the root levels only."""
