@@ -34,7 +34,7 @@ NODES_PER_BRICK = 640
 CELLS_ACROSS_TUBE = 2.0
 """The finest cells near edges are no larger than the tube's radius over this, …"""
 
-RIM = 0.7
+RIM = 0.5
 """A level is widened where the coarser one misses its rim by more than this share of the
 tolerance."""
 

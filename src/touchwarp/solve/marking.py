@@ -20,7 +20,7 @@ discretisation add up."""
 STRONG = 4.0
 """Octants above the limit by this factor will be split again on the next level."""
 
-MISFIT = 6.0
+MISFIT = 4.0
 """Octants are split, too, where the table before its fit is off g by this many times the limit."""
 
 PER_CELL = 2
