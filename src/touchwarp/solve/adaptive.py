@@ -14,7 +14,7 @@ from touchwarp.solve.estimate import discretisation_error
 from touchwarp.solve.ghosts import extend_inwards
 from touchwarp.solve.interface import hanging_values
 from touchwarp.solve.level import OFFSETS
-from touchwarp.solve.marking import Marker
+from touchwarp.solve.marking import SAFETY, Marker
 from touchwarp.solve.multigrid import SWEEPS, Lanes, Multigrid, Stage
 from touchwarp.solve.problem import Problem
 from touchwarp.solve.refine import octant_coordinates, surrounded, unique_rows, widened
@@ -25,7 +25,7 @@ from touchwarp.solve.tube import Tube
 
 Progress = Callable[[str, float], None]
 
-BYTES_PER_NODE = 450
+BYTES_PER_NODE = 330
 """Peak memory a node, measured by `benchmarks/memory.py`, table and fit included."""
 
 NODES_PER_BRICK = 640
@@ -153,7 +153,7 @@ class AdaptiveSolver:
                 agree(grid.stages, self.regions, self.problem.boundary.owner)
                 self._find_thin_parts()
                 before, missed = missed, self._error_outside_tube()
-                if missed < 0.5 * self.tolerance or missed > HELPED * before:
+                if missed < SAFETY * self.tolerance or missed > HELPED * before:
                     break
             self._depth_at_edges += 1
             grown = False
