@@ -20,8 +20,8 @@ from figures import Figure, print_figures, save_json
 from scipy.spatial import cKDTree
 
 import touchwarp as tw
-from touchwarp.check.surface_samples import find_sharp_edges, sample_surface
 from touchwarp.cli.demo_files import write_input
+from touchwarp.goals.surface_samples import find_sharp_edges, sample_surface
 from touchwarp.solve.stencil import LANES
 from touchwarp.warp.from_solution import TableMaker
 from touchwarp.warp.solve_bases import RANGE_SHIFT, RANGE_STRETCH, RANGE_TOLERANCE, _basis_data

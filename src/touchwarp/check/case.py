@@ -14,14 +14,14 @@ from touchwarp.check.brick_faces import cell_sides
 from touchwarp.check.probes import Probes, place_probes
 from touchwarp.check.region import Body, Region, make_body
 from touchwarp.check.report import Check
-from touchwarp.check.surface_samples import (
+from touchwarp.goals.goal import Goal
+from touchwarp.goals.surface_samples import (
     SharpEdges,
     SurfaceSamples,
     face_areas,
     find_sharp_edges,
     sample_surface,
 )
-from touchwarp.goals.goal import Goal
 from touchwarp.scene.scene import Scene
 from touchwarp.warp.bricks import Bricks
 from touchwarp.warp.meta import WarpMeta

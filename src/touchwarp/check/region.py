@@ -16,8 +16,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from touchwarp.check.shares import share_out
-from touchwarp.check.surface_samples import SurfaceSamples
 from touchwarp.check.winding import Windings
+from touchwarp.goals.surface_samples import SurfaceSamples
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
