@@ -13,6 +13,7 @@ from touchwarp.goals import MAKERS, Goal, goals
 from touchwarp.scene import Prop, Scene
 from touchwarp.scene.goal_spec import GOAL_SPECS
 from touchwarp.scene.shapes import box, polygon
+from touchwarp.scene.surface_reader import SurfaceReader
 from touchwarp.scene.table import Table
 
 CUBE = box((0.1, 0.1, 0.1))
@@ -70,7 +71,7 @@ def test_a_kind_without_maker_is_told() -> None:
         keys: ClassVar[tuple[str, ...]] = ()
 
         @classmethod
-        def read(cls, table: Table, dimension: int) -> Self:
+        def read(cls, table: Table, surfaces: SurfaceReader) -> Self:
             return cls()
 
         def entries(self) -> dict[str, Any]:

@@ -87,6 +87,16 @@ class Goal:
             object.__setattr__(self, name, value)
 
     @property
+    def image(self) -> Surface:
+        """The prop's faces where g shows them: m, scene frame."""
+        return Surface(self.virtual_points, self.faces)
+
+    @property
+    def shown(self) -> Surface:
+        """What is seen, m, scene frame: the virtual object itself, or else the prop's image."""
+        return self.virtual_surface or self.image
+
+    @property
     def displacement(self) -> NDArray[np.float64]:
         """(n, d) m, scene axes: u = g − x at the prop points."""
         return self.virtual_points - self.prop_points

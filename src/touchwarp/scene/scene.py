@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.errors import SceneError
-from touchwarp.scene.goal_spec import GoalSpec, ReadyGoal, TransformGoal
+from touchwarp.scene.goal_spec import GoalSpec, ReadyGoal
 from touchwarp.scene.interaction import Interaction
 from touchwarp.scene.nearest import suggest
 from touchwarp.scene.objective import Objective
-from touchwarp.scene.surface import Surface
+from touchwarp.scene.surface import Surface, surface_digest
 from touchwarp.scene.topology import open_edge_count
+from touchwarp.scene.transform_goal import TransformGoal
 
 CONTACTS = ("slide", "hold")
 DEFAULT_BOX_SCALE = 4.0
@@ -284,16 +284,6 @@ class Scene:
             self.prop(name)
         props = [dataclasses.replace(p, goal=goals.get(p.name, p.goal)) for p in self.props]
         return dataclasses.replace(self, props=props)
-
-
-def surface_digest(surface: Surface) -> str:
-    """SHA-256 of faces and vertices; vertices are rounded to 0.1 µm.
-
-    Without rounding, the last bit of a posed vertex would differ from one machine to the next.
-    """
-    digest = hashlib.sha256(np.rint(surface.vertices * 1e7).astype("<i8").tobytes())
-    digest.update(surface.faces.astype("<i8").tobytes())
-    return digest.hexdigest()
 
 
 def _check_name(name: object, what: str) -> None:

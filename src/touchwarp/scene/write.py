@@ -9,8 +9,8 @@ import numpy as np
 
 from touchwarp.scene.goal_spec import GoalSpec
 from touchwarp.scene.interaction import TRACKING_PRESETS, Tracking
-from touchwarp.scene.scene import Outer, Scene, surface_digest
-from touchwarp.scene.surface import Surface
+from touchwarp.scene.scene import Outer, Scene
+from touchwarp.scene.surface import Surface, surface_digest
 
 
 def scene_text(scene: Scene) -> str:
