@@ -27,6 +27,7 @@ NAMELESS = {"util", "utils", "common", "core", "misc", "helper", "helpers"}
 IMPORT_NAMES = {
     "fast-simplification": "fast_simplification",
     "libigl": "igl",
+    "pypng": "png",
     "python-fcl": "fcl",
 }
 FOR_TRIMESH = {"lxml", "networkx"}  # its 3MF reader imports them, we do not

@@ -9,8 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.errors import GoalError
+from touchwarp.goals.direction import direction_goal
 from touchwarp.goals.goal import Goal
+from touchwarp.goals.plane_projection import plane_projection_goal
+from touchwarp.goals.texture import texture_goal
 from touchwarp.goals.transform import transform_goal
+from touchwarp.goals.vertices import vertices_goal
 from touchwarp.scene.goal_spec import GoalSpec, ReadyGoal
 from touchwarp.scene.nearest import suggest
 from touchwarp.scene.scene import Prop, Scene
@@ -19,7 +23,13 @@ from touchwarp.scene.table import within
 
 # One entry per kind of `touchwarp.scene.goal_spec.GOAL_SPECS`: the function that turns a prop and
 # its spec into a Goal.
-MAKERS: dict[str, Callable[[Prop, Any], Goal]] = {"transform": transform_goal}
+MAKERS: dict[str, Callable[[Prop, Any], Goal]] = {
+    "transform": transform_goal,
+    "plane_projection": plane_projection_goal,
+    "direction": direction_goal,
+    "texture": texture_goal,
+    "vertices": vertices_goal,
+}
 
 # A ready goal's points may be a remeshing of the prop, but must span the same box.
 BOUNDS_TOLERANCE = 1e-3

@@ -70,7 +70,7 @@ class PlaneProjectionGoal:
     normal: Sequence[float] | None = None
     patches: Sequence[Patch] = ()
     gap_mm: float = 0.05
-    tolerance_mm: float = 0.02
+    tolerance_mm: float = 0.05
     origin: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -138,7 +138,7 @@ class DirectionGoal:
     virtual: Surface
     centre: Sequence[float] | None = None
     virtual_centre: Sequence[float] | None = None
-    tolerance_mm: float = 0.02
+    tolerance_mm: float = 0.05
     origin: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -40,7 +40,7 @@ class TextureGoal:
 
     displacement: NDArray[np.float64]
     atlas: UvMesh
-    tolerance_mm: float = 0.02
+    tolerance_mm: float = 0.05
     origin: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
