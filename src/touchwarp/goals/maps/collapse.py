@@ -40,14 +40,23 @@ def collapse_to(
     shift: NDArray[np.float64],
     degree: NDArray[np.int32],
     least: int,
+    points: NDArray[np.float64] | None = None,
 ) -> Collapsed:
-    """Collapse edges, well-shaped results first, until `least` vertices are left or none can go."""
-    alive, removed, counts, rings, shifts = _collapse_all(vertices, ring, shift, degree, least)
+    """Collapse edges, well-shaped results first, until `least` vertices are left or none can go.
+
+    Where points (n, 3) of the domain are given, no collapse turns a triangle over there.
+    """
+    guarded = points is not None
+    if points is None:
+        points = np.zeros((0, 3))
+    alive, removed, counts, rings, shifts = _collapse_all(
+        vertices, ring, shift, degree, least, points, guarded
+    )
     return Collapsed(ring, shift, degree, alive, removed, counts, rings, shifts)
 
 
 @njit(cache=True, error_model="numpy")
-def _collapse_all(vertices, ring, shift, degree, least):
+def _collapse_all(vertices, ring, shift, degree, least, points, guarded):
     n = len(vertices)
     removed = np.empty(n, np.int32)
     removed_degree = np.empty(n, np.int32)
@@ -66,7 +75,9 @@ def _collapse_all(vertices, ring, shift, degree, least):
             for i in range(degree[v]):
                 if can_collapse(ring, degree, v, i, most):
                     c = _cost(vertices, ring, degree, v, i)
-                    if c < cost[v]:
+                    if c < cost[v] and (
+                        not guarded or _stays_turned(points, ring, shift, degree, v, i)
+                    ):
                         cost[v], best[v] = c, i
         done = 0
         for v in np.argsort(cost):
@@ -101,17 +112,44 @@ def _collapse_all(vertices, ring, shift, degree, least):
 
 @njit(cache=True, error_model="numpy")
 def _cost(vertices, ring, degree, v, i):
-    """Of the triangles after the collapse: poor shape, and how far their normals turn."""
+    """Of the triangles after the collapse: poor shape, and how far their normals turn.
+
+    Times the edge's length, so that short edges go first and what is left is even.
+    """
     k = degree[v]
     target = ring[v, i]
     worst = 0.0
+    length = 0.0
+    for d in range(3):
+        length += (vertices[target, d] - vertices[v, d]) ** 2
     for j in range(1, k - 1):
         a, b = ring[v, (i + j) % k], ring[v, (i + j + 1) % k]
         new_area, sides, nx, ny, nz = _triangle(vertices, target, a, b)
         old_area, _, ox, oy, oz = _triangle(vertices, v, a, b)
         turn = 1.0 - (nx * ox + ny * oy + nz * oz) / (new_area * old_area)
         worst = max(worst, sides / (3.46 * new_area) + 5.0 * turn)
-    return worst
+    return worst * np.sqrt(length)
+
+
+@njit(cache=True, error_model="numpy")
+def _stays_turned(points, ring, shift, degree, v, i):
+    """Whether every triangle after the collapse keeps a sound share of its area on the domain."""
+    k = degree[v]
+    target = ring[v, i]
+    before, least = 0.0, np.inf
+    a, b, c = np.empty(3), np.empty(3), np.empty(3)
+    for j in range(k):
+        for d in range(3):
+            a[d], b[d] = points[ring[v, (i + j) % k], d], points[ring[v, (i + j + 1) % k], d]
+            if d < 2:
+                a[d] += shift[v, (i + j) % k, d]
+                b[d] += shift[v, (i + j + 1) % k, d]
+            c[d] = points[target, d] + (shift[v, i, d] if d < 2 else 0.0)
+        nx, ny, nz = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+        before += points[v, 0] * nx + points[v, 1] * ny + points[v, 2] * nz
+        if 0 < j < k - 1:
+            least = min(least, c[0] * nx + c[1] * ny + c[2] * nz)
+    return least > 1e-3 * before
 
 
 @njit(cache=True, error_model="numpy")

@@ -129,9 +129,9 @@ def _put_back(
     corners = np.empty((MOST_NEIGHBOURS, 3))
     count = alive.sum()
     turned = 0
-    scale = _area_scale(vertices, ring, degree, alive, total)
+    scale = area_scale(vertices, ring, degree, alive, total)
     if flat:
-        _sweep(vertices, points, ring, shift, degree, alive, scale, target, slope, flat, 60)
+        sweep(vertices, points, ring, shift, degree, alive, scale, target, slope, flat, 60)
     due = int(count * 1.4) + 1
     for r in range(len(removed) - 1, -1, -1):
         v, k = removed[r], removed_degree[r]
@@ -152,16 +152,16 @@ def _put_back(
             relax(points, ring, shift, degree, w, target, DIRICHLET, slope, flat)
         if count >= due:
             due = int(count * 1.4) + 1
-            scale = _area_scale(vertices, ring, degree, alive, total)
+            scale = area_scale(vertices, ring, degree, alive, total)
             rounds = SWEEPS if count > 1500 else 40
-            _sweep(vertices, points, ring, shift, degree, alive, scale, target, slope, flat, rounds)
-    scale = _area_scale(vertices, ring, degree, alive, total)
-    _sweep(vertices, points, ring, shift, degree, alive, scale, target, slope, flat, SWEEPS)
+            sweep(vertices, points, ring, shift, degree, alive, scale, target, slope, flat, rounds)
+    scale = area_scale(vertices, ring, degree, alive, total)
+    sweep(vertices, points, ring, shift, degree, alive, scale, target, slope, flat, SWEEPS)
     return turned
 
 
 @njit(cache=True, error_model="numpy")
-def _sweep(vertices, points, ring, shift, degree, alive, scale, target, slope, flat, rounds):
+def sweep(vertices, points, ring, shift, degree, alive, scale, target, slope, flat, rounds):
     for _ in range(rounds):
         for v in range(len(vertices)):
             if alive[v]:
@@ -170,7 +170,7 @@ def _sweep(vertices, points, ring, shift, degree, alive, scale, target, slope, f
 
 
 @njit(cache=True, error_model="numpy")
-def _area_scale(vertices, ring, degree, alive, total):
+def area_scale(vertices, ring, degree, alive, total):
     """The domain's area over that of the vertices' triangles that are there now."""
     area = 0.0
     for v in range(len(vertices)):
