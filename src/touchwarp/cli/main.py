@@ -23,6 +23,7 @@ from touchwarp import __version__
 from touchwarp.cli import terminal
 from touchwarp.cli.check import check_command
 from touchwarp.cli.demo import demo_command
+from touchwarp.cli.goal import goal_command
 from touchwarp.cli.info import info_command
 from touchwarp.cli.sample import sample_command
 from touchwarp.cli.solve import solve_command
@@ -56,6 +57,7 @@ for command in (
     check_command,
     sample_command,
     table_command,
+    goal_command,
     info_command,
     demo_command,
 ):

@@ -133,12 +133,12 @@ def check_mesh_file(path: Path) -> str:
     return extension
 
 
-def load_mesh_file(path: Path, extension: str) -> Any:
+def load_mesh_file(path: Path, extension: str, with_uv: bool = False) -> Any:
     """The file as a trimesh scene, nothing merged or reordered; raises SceneError."""
     import trimesh
 
     # process=False: no merging by tolerance and no reordering; welding here is exact.
-    options: dict[str, Any] = {"process": False, "skip_materials": True}
+    options: dict[str, Any] = {"process": False, "skip_materials": not with_uv}
     try:
         if extension == "obj":
             text = path.read_bytes()

@@ -274,6 +274,10 @@ class Scene:
             f"no prop is named '{name}'. {suggest(name, [p.name for p in self.props])}"
         )
 
+    def only(self, name: str) -> Scene:
+        """The same scene with no prop but the one of that name."""
+        return dataclasses.replace(self, props=[self.prop(name)])
+
     def with_objective(self, **changes: float) -> Scene:
         """The same scene with some of the objective's values changed."""
         return dataclasses.replace(self, objective=dataclasses.replace(self.objective, **changes))

@@ -63,7 +63,9 @@ def read_uv_mesh(
     """
     path = Path(path)
     extension = check_mesh_file(path)
-    meshes = [m for m in load_mesh_file(path, extension).dump() if hasattr(m, "faces")]
+    meshes = [
+        m for m in load_mesh_file(path, extension, with_uv=True).dump() if hasattr(m, "faces")
+    ]
     with within(path.name):
         if len(meshes) != 1:
             raise SceneError(
