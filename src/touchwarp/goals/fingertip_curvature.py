@@ -79,8 +79,7 @@ def fingertip_curvature(vertices: Float, faces: Int, radius: float = FINGERTIP_R
 def vertex_areas(vertices: Float, faces: Int) -> Float:
     """(n,) m²: a third of the faces around each vertex."""
     third = np.repeat(face_areas(vertices, faces) / 3.0, 3)
-    areas: Float = np.bincount(faces.reshape(-1), third, minlength=len(vertices))
-    return areas
+    return np.asarray(np.bincount(faces.reshape(-1), third, len(vertices)), np.float64)
 
 
 def _mean_measure(vertices: Float, faces: Int, edges: SharpEdges) -> Float:
@@ -95,8 +94,8 @@ def _mean_measure(vertices: Float, faces: Int, edges: SharpEdges) -> Float:
         middle[pair[:, 1]] - middle[pair[:, 0]],
     )
     measure = 0.25 * np.where(opening >= 0, 1.0, -1.0) * edges.turn[inner] * edges.length[inner]
-    at_ends: Float = np.bincount(ends.reshape(-1), np.repeat(measure, 2), minlength=len(vertices))
-    return at_ends
+    twice = np.repeat(measure, 2)
+    return np.asarray(np.bincount(ends.reshape(-1), twice, len(vertices)), np.float64)
 
 
 def _angle_defects(vertices: Float, faces: Int, edges: SharpEdges) -> Float:

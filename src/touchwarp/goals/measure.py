@@ -67,7 +67,8 @@ class MapMeasures:
     def area_ratio(self) -> Float:
         """(m,) image's over prop's area, both as shares of the whole: 1 if all shrink alike."""
         with np.errstate(invalid="ignore", divide="ignore"):
-            return (self.image_area / self.image_area.sum()) / (self.area / self.area.sum())
+            share = self.image_area / self.image_area.sum()
+            return np.asarray(share / (self.area / self.area.sum()), np.float64)
 
     @property
     def diagonal(self) -> float:
