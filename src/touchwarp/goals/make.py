@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from touchwarp.errors import GoalError
 from touchwarp.goals.direction import direction_goal
 from touchwarp.goals.goal import Goal
+from touchwarp.goals.maps.make import area_preserving_goal, match_goal
 from touchwarp.goals.plane_projection import plane_projection_goal
 from touchwarp.goals.texture import texture_goal
 from touchwarp.goals.transform import transform_goal
@@ -27,6 +28,8 @@ MAKERS: dict[str, Callable[[Prop, Any], Goal]] = {
     "transform": transform_goal,
     "plane_projection": plane_projection_goal,
     "direction": direction_goal,
+    "area_preserving": area_preserving_goal,
+    "match": match_goal,
     "texture": texture_goal,
     "vertices": vertices_goal,
 }

@@ -42,7 +42,7 @@ class BlockSystem:
         first: NDArray[np.float64],
         second: NDArray[np.float64],
     ) -> None:
-        """A function of each triangle's area: its gradient (m, 3, 2), first and second derivative."""
+        """A function of each triangle's area; gradient (m, 3, 2), its two derivatives (m,)."""
         _add_areas(self.faces, self.place, gradient, first, second, self.blocks, self.slope)
 
     def add_differences(
@@ -51,7 +51,7 @@ class BlockSystem:
         jacobian: NDArray[np.float64],
         values: NDArray[np.float64] | None = None,
     ) -> None:
-        """½ Σ w |y_i − y_j|² over the edges opposite each corner: w (m, 3), ∂y (n, c, 2), y (n, c)."""
+        """½ Σ w |y_i − y_j|² over edges opposite corners: w (m, 3), ∂y (n, c, 2), y (n, c)."""
         if values is None:
             values = np.zeros(jacobian.shape[:2])
         _add_differences(self.faces, self.place, weights, jacobian, values, self.blocks, self.slope)

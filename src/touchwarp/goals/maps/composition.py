@@ -55,7 +55,9 @@ def first_maps(
 def _placed(layout: Layout, matrix: NDArray[np.float64]) -> Layout:
     """The layout under a matrix of the domain; a half turn of the torus also turns the lattice."""
     return Layout(
-        layout.mesh, layout.points @ matrix.T, layout.corner_shift * (matrix[0, 0] if layout.flat else 1.0)
+        layout.mesh,
+        layout.points @ matrix.T,
+        layout.corner_shift * (matrix[0, 0] if layout.flat else 1.0),
     )
 
 

@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from touchwarp.errors import GoalError
 from touchwarp.goals.maps.closed_mesh import ClosedMesh
 from touchwarp.goals.maps.collapse import Collapsed, collapse_to
+from touchwarp.goals.maps.layout import Layout
 from touchwarp.goals.maps.rings import MOST_NEIGHBOURS, build_rings, restore
 from touchwarp.goals.maps.star import kernel_point, relax, set_targets
 
 DIRICHLET = 0.1
 """The weight μ of shape beside area."""
 SWEEPS = 6
+RELAXING_SWEEPS = 30
 LEAST_ON_SPHERE = 4
 LEAST_ON_TORUS = 7
 
@@ -71,6 +73,19 @@ def embed(mesh: ClosedMesh, corner_shift: NDArray[np.float64]) -> NDArray[np.flo
             "triangles would be turned over; remesh it."
         )
     return points
+
+
+def relax_layout(layout: Layout) -> Layout:
+    """The layout after some sweeps in which each vertex relaxes among its neighbours."""
+    mesh = layout.mesh
+    vertices = (mesh.vertices - mesh.centre) / mesh.diagonal
+    rings = build_rings(mesh.faces, layout.corner_shift, len(vertices))[:3]
+    alive = np.ones(len(vertices), np.bool_)
+    points = layout.points.copy()
+    scale = layout.domain_area / (mesh.area / mesh.diagonal**2)
+    target, slope = np.empty((MOST_NEIGHBOURS, 4)), np.empty(9)
+    sweep(vertices, points, *rings, alive, scale, target, slope, layout.flat, RELAXING_SWEEPS)
+    return layout.moved(points)
 
 
 def _lay_tetrahedron(points: NDArray[np.float64], left: Collapsed) -> bool:

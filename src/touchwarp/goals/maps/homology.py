@@ -8,6 +8,7 @@ basis, up to a turn by 180°.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,7 +70,7 @@ def find_generators(mesh: ClosedMesh) -> list[Generator]:
         form[opposite[edge]] -= 1
         ascent, descent = _meeting_paths(face_parent, right, left)
         chain = ascent + descent[-2::-1]
-        for one, other in zip(chain[:-1], chain[1:], strict=True):
+        for one, other in itertools.pairwise(chain):
             crossed = between[one, other]
             form[crossed] += 1
             form[opposite[crossed]] -= 1

@@ -41,6 +41,11 @@ class Levels:
         """Whether all vertices are there."""
         return self._due == 0
 
+    @property
+    def count(self) -> int:
+        """How many vertices are there."""
+        return int(self._left.alive.sum())
+
     def now(self) -> tuple[NDArray[np.int64], Layout]:
         """The vertices (k,) that are there, and the layout of their mesh."""
         left = self._left
@@ -66,15 +71,12 @@ class Levels:
         total = self._layout.domain_area
         scale = area_scale(self._vertices, left.ring, left.degree, left.alive, total)
         target, slope = np.empty((MOST_NEIGHBOURS, 4)), np.empty(9)
-        sweep(
-            self._vertices, self.points, *rings, left.alive, scale, target, slope, flat, rounds
-        )
+        sweep(self._vertices, self.points, *rings, left.alive, scale, target, slope, flat, rounds)
 
     def put_back(self, count: int) -> None:
         """Let vertices return until `count` are there."""
         left = self._left
-        there = int(left.alive.sum())
-        last = max(0, self._due - max(0, count - there))
+        last = max(0, self._due - max(0, count - self.count))
         _return_vertices(
             self._vertices,
             self.points,

@@ -63,9 +63,7 @@ class Locator:
         """(q, c, 2): how those values change as the points move along their frames (q, 3, 2)."""
         layout = self.layout
         return np.asarray(
-            _differentiate(
-                fields, layout.mesh.faces, self.face, layout.corners, self.place, frames
-            )
+            _differentiate(fields, layout.mesh.faces, self.face, layout.corners, self.place, frames)
         )
 
 

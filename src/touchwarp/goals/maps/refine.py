@@ -1,4 +1,4 @@
-"""Refining a map between two surfaces, vertex by vertex on the domain, with no triangle turned over.
+"""Refining a map between two surfaces, vertex by vertex on the domain, turning no triangle over.
 
 Gauss–Newton on
 
@@ -152,9 +152,7 @@ class MapProblem:
             energy += weights.landmarks * float((self._landmark_gaps(gaps) ** 2).sum(axis=1).mean())
         return energy
 
-    def _assemble(
-        self, layout: Layout, weights: Weights, frames: NDArray[np.float64]
-    ) -> None:
+    def _assemble(self, layout: Layout, weights: Weights, frames: NDArray[np.float64]) -> None:
         """Half the gradient and half the Hessian of the energy."""
         faces = self.prop.mesh.faces
         shares = layout.shares
@@ -193,9 +191,7 @@ class MapProblem:
                 at_corners = marks.weights[row][:, None, None] * jacobian[faces[face], :3]
                 system.add_in_face(int(face), each, at_corners, missing[row])
 
-    def _secants(
-        self, layout: Layout, frames: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def _secants(self, layout: Layout, frames: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n, c, 2): change of place and fields along the frames, over half a vertex's reach.
 
         Derivatives on the single triangle below a vertex would follow the virtual mesh's noise and

@@ -1,9 +1,10 @@
 """One vertex among its neighbours on the domain: the barrier energy of its star, and its moves.
 
-A point of the sphere is a unit vector, one of the flat torus (x, y, 1). In both, twice the oriented
-area of a triangle is det(a, b, c): on the torus exactly, on the sphere as a barrier that is positive
-just where the spherical triangle is turned outward and smaller than a half-sphere. So one set of
-formulas serves both; `flat` only chooses tangents and how a moved point comes back to the domain.
+A point of the sphere is a unit vector, one of the flat torus (x, y, 1). In both, twice the
+oriented area of a triangle is det(a, b, c): on the torus exactly, on the sphere as a barrier that
+is positive just where the spherical triangle is turned outward and smaller than a half-sphere. So
+one set of formulas serves both; `flat` only chooses tangents and how a moved point comes back to
+the domain.
 """
 
 from __future__ import annotations
