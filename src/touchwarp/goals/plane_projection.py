@@ -52,7 +52,7 @@ def plane_projection_goal(prop: Prop, spec: PlaneProjectionGoal) -> Goal:
             images[here] = maps[n](points[here])
         return images
 
-    widest = _widest_gap(surface, label, image_of, gap)
+    widest = _widest_gap(surface, label, len(spec.patches), image_of, gap)
     fine = subdivide(
         surface.vertices, surface.faces, image_of, spec.virtual, spec.tolerance_mm * 1e-3
     )
@@ -100,7 +100,7 @@ def _patch_of(surface: Surface, patches: Sequence[Patch]) -> Int:
     return label
 
 
-def _widest_gap(surface: Surface, label: Int, image_of: ImageOf, gap: float) -> float:
+def _widest_gap(surface: Surface, label: Int, patches: int, image_of: ImageOf, gap: float) -> float:
     """The greatest distance, m, between images of a vertex that several patches share."""
     pairs = np.stack([surface.faces.ravel(), np.repeat(label, 3)], axis=1)
     pairs, corner = np.unique(pairs, axis=0, return_index=True)
@@ -111,7 +111,7 @@ def _widest_gap(surface: Surface, label: Int, image_of: ImageOf, gap: float) -> 
     if len(widths) == 0 or widths.max() <= gap:
         return float(widths.max(initial=0.0))
     n = int(widths.argmax())
-    names = [f"patch {k + 1}" if k < label.max() else "what stays" for k in pairs[n : n + 2, 1]]
+    names = [f"patch {k + 1}" if k < patches else "what stays" for k in pairs[n : n + 2, 1]]
     raise GoalError(
         f"{names[0]} and {names[1]} do not meet: the point "
         f"{spell_point(surface.vertices[pairs[n, 0]])} of both would show at two places "

@@ -51,15 +51,14 @@ def texture_goal(prop: Prop, spec: TextureGoal) -> Goal:
             "sides alike, or use a larger texture."
         )
 
+    # What joins the sides of a seam at its corners is faded out linearly over each triangle, so
+    # that they also meet in between.
+    joining = (mean[joined.ravel()] - shift).reshape(-1, 3, 3)
+
     def image_of(of_faces: Int, places: Float) -> Float:
-        at = np.einsum("kc,kcd->kd", places, points[faces[of_faces]])
-        uv = np.einsum("kc,kcd->kd", places, atlas.uv[atlas.faces[of_faces]])
-        images = at + sample_texture(spec.displacement, uv)
-        # At corners the mean of all copies; in the middle of an edge one side's value will do.
-        at_corner = places.max(axis=1) == 1.0
-        corner = faces[of_faces[at_corner], places[at_corner].argmax(axis=1)]
-        images[at_corner] = points[corner] + mean[corner]
-        return np.asarray(images)
+        corners = (points[faces], joining, atlas.uv[atlas.faces])
+        at, joined_by, uv = (np.einsum("kc,kcd->kd", places, c[of_faces]) for c in corners)
+        return np.asarray(at + joined_by + sample_texture(spec.displacement, uv))
 
     fine = subdivide(points, faces, image_of, None, spec.tolerance_mm * 1e-3)
     report = {**fine.report, "seam_max": 2 * float(apart.max())}

@@ -66,13 +66,14 @@ def _read_exr(path: Path, scale: float | None) -> NDArray[np.float64]:
 def _read_png(path: Path, scale: float | None) -> NDArray[np.float64]:
     import png
 
+    data = path.read_bytes()
     try:
         texts = {}
-        for kind, content in png.Reader(filename=str(path)).chunks():
+        for kind, content in png.Reader(bytes=data).chunks():
             if kind == b"tEXt":
                 keyword, _, text = content.decode("latin-1").partition("\0")
                 texts[keyword] = text
-        width, height, rows, facts = png.Reader(filename=str(path)).asDirect()
+        width, height, rows, facts = png.Reader(bytes=data).asDirect()
         numbers = np.array([list(row) for row in rows], dtype=np.float64)
     except (png.Error, ValueError, EOFError) as error:
         raise SceneError(f"it cannot be read as PNG ({error}); save it again.") from error
