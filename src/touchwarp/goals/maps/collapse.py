@@ -124,8 +124,8 @@ def _cost(vertices, ring, degree, v, i):
         length += (vertices[target, d] - vertices[v, d]) ** 2
     for j in range(1, k - 1):
         a, b = ring[v, (i + j) % k], ring[v, (i + j + 1) % k]
-        new_area, sides, nx, ny, nz = _triangle(vertices, target, a, b)
-        old_area, _, ox, oy, oz = _triangle(vertices, v, a, b)
+        new_area, sides, nx, ny, nz = triangle_shape(vertices, target, a, b)
+        old_area, _, ox, oy, oz = triangle_shape(vertices, v, a, b)
         turn = 1.0 - (nx * ox + ny * oy + nz * oz) / (new_area * old_area)
         worst = max(worst, sides / (3.46 * new_area) + 5.0 * turn)
     return worst * np.sqrt(length)
@@ -153,7 +153,7 @@ def _stays_turned(points, ring, shift, degree, v, i):
 
 
 @njit(cache=True, error_model="numpy")
-def _triangle(vertices, p, a, b):
+def triangle_shape(vertices, p, a, b):
     """Twice the area, the sum of squared sides and the cross product of a triangle."""
     ux = vertices[a, 0] - vertices[p, 0]
     uy = vertices[a, 1] - vertices[p, 1]

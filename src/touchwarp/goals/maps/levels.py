@@ -52,7 +52,7 @@ class Levels:
         chosen = np.flatnonzero(left.alive)
         number = np.full(len(left.alive), -1)
         number[chosen] = np.arange(len(chosen))
-        faces, shifts = _faces_of(left.ring, left.shift, left.degree, left.alive)
+        faces, shifts = faces_of(left.ring, left.shift, left.degree, left.alive)
         mesh = ClosedMesh(self._layout.mesh.vertices[chosen], number[faces])
         return chosen, Layout(mesh, self.points[chosen], shifts)
 
@@ -97,7 +97,7 @@ class Levels:
 
 
 @njit(cache=True, error_model="numpy")
-def _faces_of(ring, shift, degree, alive):
+def faces_of(ring, shift, degree, alive):
     """Faces (m, 3) and corner shifts (m, 3, 2) from rings."""
     count = 2 * alive.sum() + 8
     faces = np.empty((count, 3), np.int64)

@@ -81,9 +81,8 @@ def _locate(points, start, corners, neighbours, jumps, flat):
             x += np.rint(corners[face, 0, 0] - x)
             y += np.rint(corners[face, 0, 1] - y)
         came = -1
-        turn = 0
         best = np.empty(3)
-        for _ in range(most):
+        for turn in range(most):
             side = np.empty(3)
             for k in range(3):
                 a, b = corners[face, (k + 1) % 3], corners[face, (k + 2) % 3]
@@ -106,7 +105,6 @@ def _locate(points, start, corners, neighbours, jumps, flat):
                         across = e
             if across < 0:
                 break
-            turn += 1
             x += jumps[face, across, 0]
             y += jumps[face, across, 1]
             came = face

@@ -144,6 +144,7 @@ def _goal(
         progress("fitting triangles to the virtual surface", 0.0)
     mesh = layout.mesh
     locator = Locator(virtual)
+    surface = SurfaceTree(spec.virtual.vertices, spec.virtual.faces)
     at_vertices = locator.find(layout.points)
 
     def image_of(face: NDArray[np.int64], weights: Float) -> Float:
@@ -151,7 +152,8 @@ def _goal(
         if not layout.flat:
             points /= np.linalg.norm(points, axis=1, keepdims=True)
         locator.find(points, at_vertices[mesh.faces[face, weights.argmax(axis=1)]])
-        return locator.values(virtual.mesh.vertices)
+        # The virtual mesh was tidied: back onto the surface itself, some micrometres away.
+        return surface.nearest(locator.values(virtual.mesh.vertices)).points
 
     searched = time.perf_counter()
     fine = subdivide(mesh.vertices, mesh.faces, image_of, spec.virtual, spec.tolerance_mm * 1e-3)

@@ -12,6 +12,7 @@ from touchwarp.goals.maps.embed import embed, relax_layout
 from touchwarp.goals.maps.homology import handle_places, torus_forms
 from touchwarp.goals.maps.layout import Layout
 from touchwarp.goals.maps.layout_cache import keep_layout, load_layout
+from touchwarp.goals.maps.tidy import tidy
 from touchwarp.goals.refinement import refine
 from touchwarp.scene.surface import Surface
 
@@ -19,18 +20,22 @@ AREA_AIM = 4e-3
 """The spread of area ratios that a layout is polished to."""
 EDGES_PER_SIZE = 40
 """Edges longer than the root of the surface's area over this are divided first."""
+TIDY = 2e-6
+"""m: how far taking out a needle may move the surface."""
+LONG_TO_SHORT = 6
 ROUNDS = 4
 
 
 def work_mesh(surface: Surface, what: str) -> ClosedMesh:
-    """The surface itself, closed and welded, with its long edges divided."""
+    """The surface as a closed mesh without long edges and, within `TIDY`, without needles.
+
+    Raises:
+        GoalError: the surface is not closed, not manifold, or in pieces.
+    """
     mesh = closed_mesh(surface, what)
     longest = float(np.sqrt(mesh.area)) / EDGES_PER_SIZE
-    edges = mesh.vertices[mesh.faces] - mesh.vertices[np.roll(mesh.faces, 1, axis=1)]
-    if float(np.linalg.norm(edges, axis=2).max()) <= longest:
-        return mesh
     fine = refine(Surface(mesh.vertices, mesh.faces), longest)
-    return ClosedMesh(fine.vertices, fine.faces)
+    return tidy(ClosedMesh(fine.vertices, fine.faces), TIDY, longest / LONG_TO_SHORT)
 
 
 def check_topology(prop: ClosedMesh, virtual: ClosedMesh, kind: str) -> None:
