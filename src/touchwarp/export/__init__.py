@@ -2,13 +2,13 @@
 
 from touchwarp.export.goal_file import GOAL_SUFFIXES, write_goal
 from touchwarp.export.morph_target import write_morph_target
-from touchwarp.export.shape_texture import ShapeTexture, shape_texture
+from touchwarp.export.shape_texture import ShapeTexture, paint_texture
 from touchwarp.export.texture_image import write_exr, write_png
 
 __all__ = [
     "GOAL_SUFFIXES",
     "ShapeTexture",
-    "shape_texture",
+    "paint_texture",
     "write_exr",
     "write_goal",
     "write_morph_target",

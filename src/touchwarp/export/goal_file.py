@@ -9,7 +9,7 @@ import numpy as np
 
 from touchwarp.errors import GoalError
 from touchwarp.export.morph_target import write_atlas, write_morph_target
-from touchwarp.export.shape_texture import ShapeTexture, shape_texture
+from touchwarp.export.shape_texture import ShapeTexture, paint_texture
 from touchwarp.export.texture_image import write_exr, write_png
 from touchwarp.goals.goal import Goal
 from touchwarp.goals.texture import sample_texture
@@ -71,7 +71,7 @@ def write_goal(
     if suffix == ".glb":
         write_morph_target(path, goal, name)
         return {}
-    return _write_texture(path, shape_texture(goal, size), name)
+    return _write_texture(path, paint_texture(goal, size), name)
 
 
 def _write_texture(path: Path, texture: ShapeTexture, name: str) -> dict[str, Any]:

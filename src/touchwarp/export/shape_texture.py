@@ -16,10 +16,12 @@ from touchwarp.scene.uv_mesh import UvMesh
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
-TEXELS_PER_VERTEX = 24
-LEAST_SIZE, MOST_SIZE = 256, 4096
+TEXELS_PER_POINT = 96
+LEAST_SIZE, MOST_SIZE = 256, 2048
+SIZE_LIMIT = 8192
 # Texels between charts, so that no bilinear sample mixes two.
 PADDING = 4
+CROWDING = 1e-6
 # How far beyond its border, in texels, a triangle's displacement is carried on.
 BEYOND = 2.0
 
@@ -39,7 +41,7 @@ class ShapeTexture:
     error: float
 
 
-def shape_texture(goal: Goal, size: int | None = None) -> ShapeTexture:
+def paint_texture(goal: Goal, size: int | None = None) -> ShapeTexture:
     """Lay the goal's faces flat and paint the displacement g − x on them.
 
     Inside a triangle the texture is the goal's own linear interpolation; at the corners, texels are
@@ -55,10 +57,10 @@ def shape_texture(goal: Goal, size: int | None = None) -> ShapeTexture:
     if goal.prop_points.shape[1] != 3:
         raise GoalError("a texture lays surfaces flat, but the goal is of a plane scene.")
     if size is None:
-        wanted = np.sqrt(TEXELS_PER_VERTEX * len(goal.prop_points))
+        wanted = np.sqrt(TEXELS_PER_POINT * len(goal.prop_points))
         size = int(np.clip(2 ** np.ceil(np.log2(wanted)), LEAST_SIZE, MOST_SIZE))
-    if not 16 <= size <= 2 * MOST_SIZE:
-        raise GoalError(f"the texture's size is {size} texels; 16 to {2 * MOST_SIZE} is needed.")
+    if not 16 <= size <= SIZE_LIMIT:
+        raise GoalError(f"the texture's size is {size} texels; 16 to {SIZE_LIMIT} is needed.")
     atlas, rows, shape = _unwrap(goal, size)
     displacement = goal.displacement[rows]
     x, y = atlas.uv[:, 0] * shape[1] - 0.5, (1 - atlas.uv[:, 1]) * shape[0] - 0.5
@@ -142,9 +144,14 @@ def _fill_far(image: Float, depth: Float) -> None:
 
 
 def _fit(image: Float, uv: Float, values: Float) -> None:
-    """Move texels by the least (in square mean) that makes bilinear samples at uv the values."""
-    from scipy.sparse import csr_matrix
-    from scipy.sparse.linalg import lsqr
+    """Move texels by the least (in square mean) that makes bilinear samples at uv the values.
+
+    With S the sampling and r what is missing, the least change is Sᵀ(S Sᵀ + εI)⁻¹ r. S Sᵀ joins
+    only points within a texel of each other; ε keeps points that crowd one texel from raising it
+    without bound.
+    """
+    from scipy.sparse import csr_matrix, identity
+    from scipy.sparse.linalg import splu
 
     rows, columns, weights = texel_weights(image.shape[:2], uv)
     texel, index = np.unique(rows * image.shape[1] + columns, return_inverse=True)
@@ -153,6 +160,6 @@ def _fit(image: Float, uv: Float, values: Float) -> None:
         shape=(len(uv), len(texel)),
     )
     flat = image.reshape(-1, 3)
-    missing = values - sampling @ flat[texel]
-    for i in range(3):
-        flat[texel, i] += lsqr(sampling, missing[:, i], atol=1e-12, btol=1e-12, iter_lim=2000)[0]
+    solver = splu((sampling @ sampling.T + CROWDING * identity(len(uv))).tocsc())
+    for _ in range(3):  # each pass takes away most of what ε left
+        flat[texel] += sampling.T @ solver.solve(values - sampling @ flat[texel])

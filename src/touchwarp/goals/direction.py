@@ -10,7 +10,7 @@ from touchwarp.goals.goal import Goal
 from touchwarp.goals.line_crossings import RadialLines
 from touchwarp.goals.places import spell_direction, spell_point
 from touchwarp.goals.star_centre import blocked_rays, star_kernel
-from touchwarp.goals.subdivide import subdivide
+from touchwarp.goals.subdivision import subdivide
 from touchwarp.scene.projection_goals import DirectionGoal
 from touchwarp.scene.scene import Prop
 from touchwarp.scene.surface import Surface

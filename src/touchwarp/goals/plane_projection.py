@@ -12,7 +12,7 @@ from touchwarp.goals.goal import Goal
 from touchwarp.goals.height_field import HeightFields
 from touchwarp.goals.places import spell_point
 from touchwarp.goals.plane_cut import ON_PLANE, cut_by_plane
-from touchwarp.goals.subdivide import ImageOf, subdivide
+from touchwarp.goals.subdivision import ImageOf, subdivide
 from touchwarp.goals.surface_tree import SurfaceTree
 from touchwarp.scene.projection_goals import Patch, PlaneProjectionGoal
 from touchwarp.scene.scene import Prop

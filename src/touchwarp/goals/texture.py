@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from touchwarp.errors import GoalError
 from touchwarp.goals.goal import Goal
 from touchwarp.goals.places import spell_point
-from touchwarp.goals.subdivide import subdivide
+from touchwarp.goals.subdivision import subdivide
 from touchwarp.goals.surface_tree import SurfaceTree
 from touchwarp.scene.scene import Prop
 from touchwarp.scene.texture_goal import TextureGoal

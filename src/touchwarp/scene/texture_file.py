@@ -74,7 +74,7 @@ def _read_png(path: Path, scale: float | None) -> NDArray[np.float64]:
                 keyword, _, text = content.decode("latin-1").partition("\0")
                 texts[keyword] = text
         width, height, rows, facts = png.Reader(bytes=data).asDirect()
-        numbers = np.array([list(row) for row in rows], dtype=np.float64)
+        numbers = np.stack([np.asarray(row, dtype=np.float64) for row in rows])
     except (png.Error, ValueError, EOFError) as error:
         raise SceneError(f"it cannot be read as PNG ({error}); save it again.") from error
     if facts["greyscale"]:

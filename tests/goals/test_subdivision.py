@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from touchwarp.goals.subdivide import Subdivided, subdivide
+from touchwarp.goals.subdivision import Subdivided, subdivide
 from touchwarp.goals.surface_samples import face_areas
 from touchwarp.scene import Surface
 from touchwarp.scene.shapes import box, sphere
