@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from tests.check.stand_ins import (
-    BOX,
     Spoiled,
     Still,
     ball_scene,
     ball_warp,
     case_of,
+    map_scene,
     shifted,
 )
 from tests.exact.spheres import SphereWarp
@@ -32,17 +32,11 @@ from touchwarp.check import Check
 from touchwarp.check.goal_map import check_map
 from touchwarp.check.virtual_contact import check_virtual_contact
 from touchwarp.goals import Goal
-from touchwarp.scene import Interaction, Outer, Prop, Scene, Surface
 from touchwarp.warp.protocol import Warp
 
 
-def scene_of(goal: Goal, mode: str = "slide") -> Scene:
-    prop = Prop("ball", Surface(goal.prop_points, goal.faces), goal)
-    return Scene(props=[prop], outer=Outer(box=BOX), interaction=Interaction(mode))
-
-
 def found(goal: Goal, warp: Warp | None = None, **more: str) -> dict[str, Check]:
-    case = case_of(scene_of(goal, **more), warp or Still())
+    case = case_of(map_scene(goal, **more), warp or Still())
     return {c.name: c for f in (check_virtual_contact, check_map) for c in f(case).checks}
 
 

@@ -171,13 +171,13 @@ def _shape_checks(
             "map.curvature",
             "Change of curvature by the goal, mean",
             numbers["curvature_mean"],
-            "1/m",
+            "m⁻¹",
             group="judged",
             subject=name,
             where=place(measures.curvature.points, sharpest),
             detail=f"|mean curvature seen − felt|, {_FINGERTIP}; the 95th percentile is "
-            f"{numbers['curvature_p95']:.3g} 1/m. At the place given it goes from {felt:.3g} felt "
-            f"to {seen:.3g} 1/m seen.",
+            f"{numbers['curvature_p95']:.3g} m⁻¹. At the place given it goes from {felt:.3g} felt "
+            f"to {seen:.3g} m⁻¹ seen.",
         ),
     ]
 
