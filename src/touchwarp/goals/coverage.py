@@ -83,7 +83,7 @@ def cover(goal: Goal, virtual: Surface, tree: SurfaceTree, samples: int, seed: i
         covered = alike & (near.distance <= TOUCH * diagonal)
         for side in (1.0, -1.0):
             left = np.flatnonzero(~covered)
-            hit = image.first_hit(tried.points[left], side * tried.normals[left], REACH * diagonal)
+            length, hit = image.first_hit(tried.points[left], side * tried.normals[left])
             alike = np.einsum("ij,ij->i", turned[hit], tried.normals[left]) > 0.0
-            covered[left] = (hit >= 0) & alike
+            covered[left] = (length <= REACH * diagonal) & alike
     return Coverage(tried.points, covered, handedness, flipped)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import NamedTuple
 
 import igl
@@ -10,6 +11,10 @@ from numpy.typing import NDArray
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
+
+
+_RAY_UNITS = 1e6
+"""Rays are traced in µm: libigl takes triangles of less than a millionth square unit as edge-on."""
 
 
 class Nearest(NamedTuple):
@@ -40,6 +45,13 @@ class SurfaceTree:
         self._tree = igl.AABB()
         self._tree.init(self.vertices, self.elements)
 
+    @cached_property
+    def _ray_tree(self) -> tuple[igl.AABB, Float]:
+        vertices = _RAY_UNITS * self.vertices
+        tree = igl.AABB()
+        tree.init(vertices, self.elements)
+        return tree, vertices
+
     def nearest(self, points: Float) -> Nearest:
         """The nearest point of the surface to each of (n, 3) m."""
         points = np.ascontiguousarray(points, dtype=np.float64)
@@ -50,23 +62,24 @@ class SurfaceTree:
         )
         return Nearest(np.sqrt(squared), nearest, elements)
 
-    def first_hit(self, starts: Float, directions: Float, reach: float) -> Int:
-        """(n,) the triangle that each ray meets first within `reach` m, or -1.
+    def first_hit(self, starts: Float, directions: Float) -> tuple[Float, Int]:
+        """How far rays go until they meet a triangle, in lengths of `directions`; inf if never.
 
         Args:
             starts: (n, 3) m.
-            directions: (n, 3) unit vectors.
-            reach: m.
+            directions: (n, 3).
+
+        Returns:
+            (n,) lengths, and (n,) the triangles met, -1 for none.
         """
-        face, distance, _ = self._tree.intersect_ray_first(
-            self.vertices,
+        tree, vertices = self._ray_tree
+        face, length, _ = tree.intersect_ray_first(
+            vertices,
             self.elements,
-            np.ascontiguousarray(starts),
-            np.ascontiguousarray(directions),
+            np.ascontiguousarray(_RAY_UNITS * starts),
+            np.ascontiguousarray(_RAY_UNITS * directions),
         )
-        distance = np.asarray(distance, dtype=np.float64)
-        met: Int = np.where((face >= 0) & (distance <= reach), face, -1)
-        return met
+        return np.nan_to_num(np.asarray(length, np.float64), nan=np.inf), face
 
     def weights(self, found: Nearest) -> Float:
         """(n, 3) barycentric coordinates of the nearest points in their triangles."""
