@@ -3,35 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.errors import GoalError
-from touchwarp.goals.direction import direction_goal
 from touchwarp.goals.goal import Goal
-from touchwarp.goals.maps.make import area_preserving_goal, match_goal
-from touchwarp.goals.plane_projection import plane_projection_goal
-from touchwarp.goals.texture import texture_goal
 from touchwarp.goals.transform import transform_goal
-from touchwarp.goals.vertices import vertices_goal
 from touchwarp.scene.goal_spec import GoalSpec, ReadyGoal
 from touchwarp.scene.nearest import suggest
 from touchwarp.scene.scene import Prop, Scene
 from touchwarp.scene.surface import Surface
 from touchwarp.scene.table import within
 
+
+def _loaded_late(module: str, name: str) -> Callable[[Prop, Any], Goal]:
+    """The maker of that name in a module of this room, whose libraries are loaded at first use."""
+
+    def make(prop: Prop, spec: Any) -> Goal:
+        maker = getattr(import_module(f"touchwarp.goals.{module}"), name)
+        goal: Goal = maker(prop, spec)
+        return goal
+
+    return make
+
+
 # One entry per kind of `touchwarp.scene.goal_spec.GOAL_SPECS`: the function that turns a prop and
 # its spec into a Goal.
 MAKERS: dict[str, Callable[[Prop, Any], Goal]] = {
     "transform": transform_goal,
-    "plane_projection": plane_projection_goal,
-    "direction": direction_goal,
-    "area_preserving": area_preserving_goal,
-    "match": match_goal,
-    "texture": texture_goal,
-    "vertices": vertices_goal,
+    "plane_projection": _loaded_late("plane_projection", "plane_projection_goal"),
+    "direction": _loaded_late("direction", "direction_goal"),
+    "area_preserving": _loaded_late("maps.make", "area_preserving_goal"),
+    "match": _loaded_late("maps.make", "match_goal"),
+    "texture": _loaded_late("texture", "texture_goal"),
+    "vertices": _loaded_late("vertices", "vertices_goal"),
 }
 
 # A ready goal's points may be a remeshing of the prop, but must span the same box.

@@ -19,6 +19,7 @@ from touchwarp.scene.interaction import Interaction
 from touchwarp.scene.nearest import suggest
 from touchwarp.scene.objective import Objective
 from touchwarp.scene.surface import Surface, surface_digest
+from touchwarp.scene.texture_goal import TextureGoal
 from touchwarp.scene.topology import open_edge_count
 from touchwarp.scene.transform_goal import TransformGoal
 
@@ -257,8 +258,15 @@ class Scene:
 
     @property
     def digests(self) -> dict[str, str]:
-        """SHA-256 of every prop's posed surface, by name."""
-        return {prop.name: prop.digest for prop in self.props}
+        """SHA-256 of every prop's posed surface, by name, and of virtual objects of their own."""
+        digests = {prop.name: prop.digest for prop in self.props}
+        for prop in self.props:
+            virtual = getattr(prop.goal, "virtual", None)
+            if isinstance(virtual, Surface):
+                digests[f"{prop.name}, virtual object"] = surface_digest(virtual)
+            elif isinstance(prop.goal, TextureGoal):
+                digests[f"{prop.name}, texture"] = prop.goal.digest
+        return digests
 
     @property
     def slide_plane(self) -> Fixed | None:

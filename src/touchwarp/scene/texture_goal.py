@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -11,6 +13,7 @@ from numpy.typing import NDArray
 
 from touchwarp.errors import GoalError
 from touchwarp.scene import goal_numbers
+from touchwarp.scene.surface import Surface, surface_digest
 from touchwarp.scene.surface_reader import SurfaceReader, origin_of
 from touchwarp.scene.table import Table, within
 from touchwarp.scene.texture_file import read_texture
@@ -64,6 +67,15 @@ class TextureGoal:
         object.__setattr__(self, "displacement", displacement)
         tolerance_mm = goal_numbers.number("tolerance_mm", self.tolerance_mm, 0.0, above=True)
         object.__setattr__(self, "tolerance_mm", tolerance_mm)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the texture, the atlas and its coordinates, rounded to 0.1 µm and 10⁻⁷."""
+        digest = hashlib.sha256(np.rint(self.displacement * 1e7).astype("<i8").tobytes())
+        digest.update(np.rint(self.atlas.uv * 1e7).astype("<i8").tobytes())
+        atlas = surface_digest(Surface(self.atlas.vertices, self.atlas.faces))
+        digest.update(atlas.encode())
+        return digest.hexdigest()
 
     @classmethod
     def read(cls, table: Table, surfaces: SurfaceReader) -> Self:
