@@ -32,6 +32,8 @@ from touchwarp.check import Check
 from touchwarp.check.goal_map import check_map
 from touchwarp.check.virtual_contact import check_virtual_contact
 from touchwarp.goals import Goal
+from touchwarp.scene import Prop, Scene
+from touchwarp.scene.shapes import polygon
 from touchwarp.warp.protocol import Warp
 
 
@@ -172,3 +174,14 @@ def test_a_goal_without_a_virtual_surface_promises_none() -> None:
     checks = found(replace(ellipsoid_map(), virtual_surface=None), ellipsoid_warp())
     assert {c.group for c in checks.values()} == {"judged", "told"}
     assert "map.curvature" in checks
+
+
+def test_in_the_plane_contact_is_held_against_the_virtual_outline() -> None:
+    outline = polygon([[0, 0], [0.1, 0], [0.1, 0.05], [0, 0.05]])
+    goal = Goal(outline.vertices, outline.vertices, outline.faces, virtual_surface=outline)
+    scene = Scene(props=[Prop("slab", outline, goal)], dimension=2)
+    for millimetres, status in ((0.01, "pass"), (0.3, "fail")):
+        case = case_of(scene, shifted(Still(2), millimetres))
+        checks = {c.name: c for c in check_virtual_contact(case).checks}
+        assert checks["virtual.p99"].status == status
+        assert check_map(case).checks == []
