@@ -13,13 +13,13 @@ from touchwarp.goals.fingertip_curvature import FINGERTIP_RADIUS, fingertip_curv
 from touchwarp.goals.goal import Goal
 from touchwarp.goals.maps.areas import polish_areas, spread, target_shares
 from touchwarp.goals.maps.closed_mesh import ClosedMesh
-from touchwarp.goals.maps.layout import Layout
+from touchwarp.goals.maps.fit_triangles import fit_triangles
+from touchwarp.goals.maps.layout import Layout, triangle_areas
 from touchwarp.goals.maps.locate import Locator
 from touchwarp.goals.maps.parameterise import check_topology, lay_out, work_mesh
 from touchwarp.goals.maps.refine import Weights
 from touchwarp.goals.maps.search import Found, Pair, Plan, Progress, search_map
 from touchwarp.goals.measure import measure_map
-from touchwarp.goals.subdivide import subdivide
 from touchwarp.goals.surface_tree import SurfaceTree
 from touchwarp.scene.map_goals import AreaPreservingGoal, MatchGoal
 from touchwarp.scene.scene import Prop
@@ -142,35 +142,23 @@ def _goal(
     layout, virtual = found.layout, pair.virtual
     if progress is not None:
         progress("fitting triangles to the virtual surface", 0.0)
-    mesh = layout.mesh
-    locator = Locator(virtual)
-    surface = SurfaceTree(spec.virtual.vertices, spec.virtual.faces)
-    at_vertices = locator.find(layout.points)
-
-    def image_of(face: NDArray[np.int64], weights: Float) -> Float:
-        points = np.einsum("kc,kcd->kd", weights, layout.corners[face])
-        if not layout.flat:
-            points /= np.linalg.norm(points, axis=1, keepdims=True)
-        locator.find(points, at_vertices[mesh.faces[face, weights.argmax(axis=1)]])
-        # The virtual mesh was tidied: back onto the surface itself, some micrometres away.
-        return surface.nearest(locator.values(virtual.mesh.vertices)).points
-
     searched = time.perf_counter()
-    fine = subdivide(mesh.vertices, mesh.faces, image_of, spec.virtual, spec.tolerance_mm * 1e-3)
+    fine = fit_triangles(layout, virtual, spec.virtual, spec.tolerance_mm * 1e-3)
     pairs = pair.landmarks if len(pair.landmarks) else None
     goal = Goal(
         prop_points=fine.points,
-        virtual_points=fine.virtual_points,
+        virtual_points=fine.images,
         faces=fine.faces,
         kind=spec.kind,
         virtual_surface=spec.virtual,
         landmarks=pairs,
     )
+    areas = triangle_areas(fine.places, fine.faces, fine.corner_shift, layout.flat)
     report: dict[str, Any] = {
         **measure_map(goal).summary(),
         "domain": "torus" if layout.flat else "sphere",
-        "domain_flips": int((layout.shares <= 0).sum()),
-        "domain_area_std": spread(layout.shares, target_shares(mesh.face_areas)),
+        "domain_flips": int((areas <= 0).sum()),
+        "domain_area_std": spread(layout.shares, target_shares(layout.mesh.face_areas)),
         "transport_cost_m2": _transport_cost(layout, virtual),
         "start_energies": found.energies,
         "image_distance_max": fine.distance,
@@ -178,9 +166,7 @@ def _goal(
         "search_seconds": searched - start,
         "seconds": time.perf_counter() - start,
     }
-    return Goal(
-        fine.points, fine.virtual_points, fine.faces, spec.kind, report, None, spec.virtual, pairs
-    )
+    return Goal(fine.points, fine.images, fine.faces, spec.kind, report, None, spec.virtual, pairs)
 
 
 def _transport_cost(layout: Layout, virtual: Layout) -> float:

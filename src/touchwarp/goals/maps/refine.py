@@ -3,13 +3,14 @@
 Gauss–Newton on
 
     w_d Σ A_i |g_i − x_i|² + w_s D(g − x) + w_a Σ A²/a + a − 2A + Σ_c w_c Σ A_i (G_c(g_i) − F_c,i)²
-    + w_l mean |g(l) − y_l|²
+    + w_f Σ A max(0, ½ − b/A)² + w_l mean |g(l) − y_l|²
 
 where A_i are the prop's shares of area at its vertices, D the Dirichlet energy on the prop, A and a
 each triangle's share of area before and after, F_c and G_c fields on the two surfaces that the map
-shall make equal, such as normals and curvature, and (l, y_l) the landmarks. Lengths are in units of
-the surfaces' size. The barrier A²/a and a line search that accepts positive areas only keep the map
-one-to-one.
+shall make equal, such as normals and curvature, b the share of area of the straight image of a
+triangle, signed by whether it looks outward on the virtual surface, and (l, y_l) the landmarks.
+Lengths are in units of the surfaces' size. The barrier A²/a and a line search that accepts positive
+areas only keep the map one-to-one.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ from touchwarp.goals.maps.layout import Layout
 from touchwarp.goals.maps.locate import Locator
 
 LEAST_COTANGENT = 1e-2
+FLAT_ENOUGH = 0.5
+"""Straight images with less than this part of their share of area are on the way to a fold."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,7 @@ class Weights:
     smoothness: float = 0.0
     area: float = 0.0
     landmarks: float = 0.0
+    folds: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +65,7 @@ class MapProblem:
             their size.
         fields: (n, c) prop and (k, c) virtual: more fields to make equal, already scaled by the
             square roots of their weights.
+        unit: 1/m, of the positions.
         landmarks: pairs of points.
     """
 
@@ -68,6 +73,7 @@ class MapProblem:
     virtual: Layout
     places: tuple[NDArray[np.float64], NDArray[np.float64]]
     fields: tuple[NDArray[np.float64], NDArray[np.float64]]
+    unit: float = 1.0
     landmarks: Landmarks | None = None
     _cotangents: NDArray[np.float64] = field(init=False)
 
@@ -80,6 +86,8 @@ class MapProblem:
         self.locator = Locator(self.virtual)
         self.system = BlockSystem(mesh.faces, len(mesh.vertices))
         self._both = np.concatenate([self.places[1], self.fields[1]], axis=1)
+        # b in units of the virtual surface's area
+        self._area_unit = self.virtual.mesh.area * self.unit**2
 
     def refine(
         self,
@@ -148,6 +156,9 @@ class MapProblem:
                 squares = (difference**2).sum(axis=1)
                 energy += weights.smoothness * float(self._cotangents[:, k] @ squares)
         energy += weights.area * float((self.target**2 / shares + shares - 2 * self.target).sum())
+        if weights.folds:
+            lack, _ = self._lack_of_area(gaps)
+            energy += weights.folds * float(self.target @ lack**2)
         if self.landmarks is not None:
             energy += weights.landmarks * float((self._landmark_gaps(gaps) ** 2).sum(axis=1).mean())
         return energy
@@ -183,6 +194,11 @@ class MapProblem:
                 half * (1 - (self.target / shares) ** 2),
                 half * 2 * self.target**2 / shares**3,
             )
+        if weights.folds:
+            lack, slope = self._lack_of_area(gaps)
+            gradient = np.einsum("mkd,mkdi->mki", slope, jacobian[faces, :3])
+            lacking = (lack > 0) / self.target
+            system.add_areas(gradient, -weights.folds * lack, weights.folds * lacking)
         if self.landmarks is not None and weights.landmarks:
             marks = self.landmarks
             each = weights.landmarks / len(marks.face)
@@ -216,6 +232,21 @@ class MapProblem:
         gaps[:, :3] -= self.places[0]
         gaps[:, 3:] -= self.fields[0]
         return gaps
+
+    def _lack_of_area(
+        self, gaps: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(m,) max(0, ½ − b/A), and (m, 3, 3) how b changes with the corners' images."""
+        faces = self.prop.mesh.faces
+        images = (gaps[:, :3] + self.places[0])[faces]
+        normal = self.locator.values(self.virtual.mesh.vertex_normals)[faces].sum(axis=1)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+        slope = np.stack(
+            [np.cross(normal, images[:, k - 1] - images[:, k - 2]) for k in range(3)], axis=1
+        )
+        slope /= 2 * self._area_unit
+        share = np.einsum("md,md->m", slope[:, 0], images[:, 0] - images[:, 1])
+        return np.maximum(0.0, FLAT_ENOUGH - share / self.target), slope
 
     def _landmark_gaps(self, gaps: NDArray[np.float64]) -> NDArray[np.float64]:
         """(l, 3): where each landmark appears minus where it shall."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from touchwarp.goals.maps.areas import polish_areas, target_shares
 from touchwarp.goals.maps.composition import first_maps
+from touchwarp.goals.maps.fit_triangles import barycentric
 from touchwarp.goals.maps.layout import Layout
 from touchwarp.goals.maps.levels import Levels
 from touchwarp.goals.maps.refine import Landmarks, MapProblem, Weights
@@ -23,6 +24,8 @@ COARSEST = 600
 GROWTH = 4
 COARSE_STEPS, MIDDLE_STEPS, FINE_STEPS = 60, 40, 16
 COARSE_AREA_AIM = 0.03
+FOLD_WEIGHT = 1.0
+"""From the second level on; the triangles of the coarsest cut across rims and handles."""
 NORMAL_SHARE = 0.3
 """Of normals beside positions, when first maps are compared."""
 
@@ -91,6 +94,7 @@ class Pair:
             self.virtual,
             (self.places(layout), self.places(self.virtual)),
             (self.fields[0][chosen], self.fields[1]),
+            1 / self.size,
             self._landmarks_on(layout),
         )
 
@@ -140,26 +144,13 @@ def search_map(pair: Pair, plan: Plan, progress: Progress | None = None) -> Foun
         best.put_back(GROWTH * best.count)
         chosen, layout = best.now()
         steps = FINE_STEPS if best.whole else MIDDLE_STEPS
+        weights = replace(plan.weights, folds=FOLD_WEIGHT)
         layout = pair.problem(layout, chosen).refine(
-            layout, plan.weights, steps, progress=lambda done: tell("fine map", done)
+            layout, weights, steps, progress=lambda done: tell("fine map", done)
         )
         best.points[chosen] = layout.points
     tell("fine map", 1.0)
     return Found(best.whole_layout(), energies, pair.size)
-
-
-def barycentric(corners: Float, points: Float) -> Float:
-    """(k, 3) barycentric coordinates of points (k, 3) in triangles (k, 3, 3)."""
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    parts = np.stack(
-        [
-            (np.cross(corners[:, k - 2] - points, corners[:, k - 1] - points) * normal).sum(axis=1)
-            for k in range(3)
-        ],
-        axis=1,
-    )
-    parts = np.maximum(parts, 0.0)
-    return np.asarray(parts / np.maximum(parts.sum(axis=1, keepdims=True), np.finfo(float).tiny))
 
 
 def _coarse(pair: Pair, plan: Plan, levels: Levels) -> float:
