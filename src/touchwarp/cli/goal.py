@@ -62,7 +62,7 @@ def goal_command(
     loaded = load_scene(scene)
     name = _chosen(loaded, name)
     with terminal.progress_bar("making the goal") as progress:
-        goal = goals(loaded.only(name))[name]
+        goal = goals(loaded.only(name), progress)[name]
         progress("writing", 0.9)
         facts = _facts(goal) | write_goal(output, goal, name, size)
     if as_json:

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from touchwarp import __version__
 from touchwarp.errors import GoalError
 from touchwarp.goals.goal import Goal
 from touchwarp.outputs import replacing
@@ -97,7 +96,7 @@ def _write_morph(
         "extras": {"targetNames": ["virtual"]},
     }
     document = {
-        "asset": {"version": "2.0", "generator": f"touchwarp {__version__}"},
+        "asset": {"version": "2.0", "generator": "touchwarp"},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [{"mesh": 0, "name": name}],
