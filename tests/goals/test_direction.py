@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from touchwarp.errors import GoalError
 from touchwarp.goals import Goal, goals
-from touchwarp.goals.star_centre import star_kernel
+from touchwarp.goals.star_centre import even_directions, star_kernel
 from touchwarp.scene import DirectionGoal, Prop, Scene, Surface
 from touchwarp.scene.pose import pose_matrix
 from touchwarp.scene.shapes import box, cylinder, ellipsoid, make_shape, sphere
@@ -125,3 +126,26 @@ def test_an_open_bowl_s_share_of_rays_is_its_opening_s_solid_angle() -> None:
     bowl = Surface(ball.vertices, ball.faces[keep])
     with pytest.raises(GoalError, match=r"the virtual object .*: 2[45].\d% of rays do not cross"):
         made(CUBE, bowl, centre=(0, 0, 0))
+
+
+def test_a_hole_that_no_test_ray_finds_is_told_where_a_point_needs_it() -> None:
+    ball = sphere(0.05, facet_mm=0.01)
+    middles = ball.vertices[ball.faces].mean(axis=1)
+    middles /= np.linalg.norm(middles, axis=1)[:, None]
+    to_ray = cKDTree(even_directions(10_000)).query(middles)[0]
+    hole = int(to_ray.argmax())
+    pierced = Surface(ball.vertices, np.delete(ball.faces, hole, axis=0))
+    # A tetrahedron with a corner in the hole's direction.
+    first = np.cross(middles[hole], np.eye(3)[np.abs(middles[hole]).argmin()])
+    first /= np.linalg.norm(first)
+    second = np.cross(middles[hole], first)
+    turns = 2 * np.pi * np.arange(3) / 3
+    base = np.outer(np.cos(turns), first) + np.outer(np.sin(turns), second) - 0.5 * middles[hole]
+    corners = 0.03 * np.concatenate([middles[hole : hole + 1], base])
+    prop = Surface(corners, np.array([(0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)]))
+    with pytest.raises(
+        GoalError,
+        match=r"the ray from \(0, 0, 0\) mm along \(.*\) crosses the virtual object 0 times, and "
+        r"so do 1 of 4; once is needed. Close holes in the mesh, or choose another centre",
+    ):
+        made(prop, pierced, centre=(0, 0, 0))

@@ -21,6 +21,7 @@ from touchwarp.scene import (
     TextureGoal,
     UvMesh,
     VerticesGoal,
+    describe,
     parse_scene,
 )
 from touchwarp.scene.goal_spec import GOAL_SPECS
@@ -203,3 +204,9 @@ def test_textures_that_are_none(image: Any, message: str) -> None:
         TextureGoal(image, atlas)
     with pytest.raises(GoalError, match="the texture's atlas is a Surface; a UvMesh is needed"):
         TextureGoal(np.zeros((2, 2, 3)), CUBE)  # type: ignore[arg-type]
+
+
+def test_a_scene_s_summary_tells_the_virtual_object() -> None:
+    scene = parse_scene(f'{PROP}kind = "match"\n{VIRTUAL}')
+    told = dict(describe(scene))["prop cube"]
+    assert told.endswith("goal match to 200 × 100 × 100 mm, 12 triangles")
