@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +66,9 @@ class Alignment:
         """Angles about x, y, z, R = Rz·Ry·Rx, as a scene's `pose` has them."""
         from scipy.spatial.transform import Rotation
 
-        angles = Rotation.from_matrix(self.T_prop_virtual[:3, :3] / self.scale).as_euler("xyz", True)
+        angles = Rotation.from_matrix(self.T_prop_virtual[:3, :3] / self.scale).as_euler(
+            "xyz", True
+        )
         return float(angles[0]), float(angles[1]), float(angles[2])
 
     @property
@@ -74,6 +76,18 @@ class Alignment:
         """m, prop frame."""
         x, y, z = (float(v) for v in self.T_prop_virtual[:3, 3])
         return x, y, z
+
+    def moved(self, prop: Surface, virtual: Surface, by: Float) -> Alignment:
+        """The same pose moved by (3,) m, its distances measured anew."""
+        T = self.T_prop_virtual.copy()
+        T[:3, 3] += by
+        there = virtual.transformed(T)
+        return replace(
+            self,
+            T_prop_virtual=T,
+            to_prop=deviation(there, prop),
+            to_virtual=deviation(prop, there),
+        )
 
 
 def align(

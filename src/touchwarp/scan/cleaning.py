@@ -62,13 +62,16 @@ def unpinched(surface: Surface) -> Surface:
     if doubled.any():
         count = np.bincount(faces.ravel(), minlength=len(vertices))
         centres = vertices[faces].mean(axis=1)
-        fan = np.stack(
-            [
-                np.bincount(faces.ravel(), np.repeat(centres[:, k], 3), minlength=len(vertices))
-                for k in range(3)
-            ],
-            axis=1,
-        ) / np.maximum(count, 1)[:, None]
+        fan = (
+            np.stack(
+                [
+                    np.bincount(faces.ravel(), np.repeat(centres[:, k], 3), minlength=len(vertices))
+                    for k in range(3)
+                ],
+                axis=1,
+            )
+            / np.maximum(count, 1)[:, None]
+        )
         vertices = np.where(doubled[:, None], vertices + PARTING * (fan - vertices), vertices)
     return Surface(vertices, faces)
 

@@ -49,15 +49,7 @@ def distances(points: Float, surface: Surface) -> Float:
     import igl
 
     squared, _, _ = igl.point_mesh_squared_distance(points, surface.vertices, surface.faces)
-    return np.sqrt(np.asarray(squared))
-
-
-def feet(points: Float, surface: Surface) -> tuple[Float, NDArray[np.int64]]:
-    """The nearest surface points (n, 3) m of points (n, 3) m, and the face (n,) each lies on."""
-    import igl
-
-    _, face, foot = igl.point_mesh_squared_distance(points, surface.vertices, surface.faces)
-    return np.asarray(foot), np.asarray(face)
+    return np.asarray(np.sqrt(squared))
 
 
 def sample(
@@ -91,7 +83,8 @@ def area_vectors(surface: Surface) -> Float:
 def face_normals(surface: Surface) -> Float:
     """(m, 3) unit normals by winding; 0 for a face with no area."""
     vectors = area_vectors(surface)
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.maximum(length, 1e-300))
 
 
 def diagonal(surface: Surface) -> float:

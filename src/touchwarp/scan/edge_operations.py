@@ -95,7 +95,10 @@ def collapse_short(vertices, faces, twin, leaving, sharp, limit, longest):
             continue
         for h in (start, twin[start]):
             a, b = corner[h], corner[after(h)]
-            creases_a, creases_b = _creases(a, twin, leaving, sharp), _creases(b, twin, leaving, sharp)
+            creases_a, creases_b = (
+                _creases(a, twin, leaving, sharp),
+                _creases(b, twin, leaving, sharp),
+            )
             if creases_a > 2 or creases_a == 1 or (creases_a == 2 and not sharp[h]):
                 continue
             middle = 0.5 if creases_a == 0 and creases_b == 0 else 0.0
@@ -240,9 +243,8 @@ def _faces_well(a, b, target, vertices, corner, twin, leaving, longest, facing):
                 # it may stay flat where it was flat
                 if new2 < old2 or new2 == 0.0:
                     return False
-            elif old2 > 0.01 * flat:
-                if (old * new).sum() < facing * np.sqrt(old2 * new2):
-                    return False
+            elif old2 > 0.01 * flat and (old * new).sum() < facing * np.sqrt(old2 * new2):
+                return False
         h = twin[before(h)]
         if h == leaving[a]:
             return True

@@ -51,7 +51,12 @@ def even_rotations(count: int) -> Float:
     alpha, beta = 2 * np.pi * i / _ROOT_TWO, 2 * np.pi * i / _GOLDEN
     return _matrices(
         np.stack(
-            [inner * np.sin(alpha), inner * np.cos(alpha), outer * np.sin(beta), outer * np.cos(beta)],
+            [
+                inner * np.sin(alpha),
+                inner * np.cos(alpha),
+                outer * np.sin(beta),
+                outer * np.cos(beta),
+            ],
             axis=1,
         )
     )

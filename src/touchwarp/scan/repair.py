@@ -31,7 +31,7 @@ BOUND = 0.005
 MOST_NEW = 0.25
 """At most this share of the result's area may span holes."""
 
-CLOSINGS = (0.005, 0.0075, 0.01)
+CLOSINGS = (0.0075, 0.011, 0.015)
 """Of the diagonal: the offsets whose wraps must agree on a genus that the input does not tell."""
 
 CLEANED = "duplicates dropped, faces turned outward"
@@ -228,7 +228,7 @@ def _expected_genus(
     if told.closed and told.genus is not None:
         return told.genus, "that of the input with its pinched places split"
     size = diagonal(clean)
-    found = []
+    found: list[int | None] = []
     for part in CLOSINGS:
         report("looking for handles", len(found) / len(CLOSINGS))
         whole = largest_body(wrap(clean, CLOSINGS[0] * size, part * size))

@@ -64,19 +64,16 @@ class Soundness:
 
     def faults(self) -> str:
         """What is wrong, in words: "442 holes, 16 bodies"; "nothing" if nothing is."""
+        bodies = self.bodies if self.bodies > 1 else 0
         named = [
-            (self.holes, "hole"),
-            (self.bodies - 1 and self.bodies, "bodie"),
-            (self.crowded_edges, "edge", " with more than two faces"),
-            (self.pinched_vertices, "pinched vertice"),
-            (self.turned_edges, "edge", " between faces turned against each other"),
-            (self.duplicate_faces, "duplicate face"),
+            (self.holes, "hole", "holes"),
+            (bodies, "body", "bodies"),
+            (self.crowded_edges, "edge of over two faces", "edges of over two faces"),
+            (self.pinched_vertices, "pinched vertex", "pinched vertices"),
+            (self.turned_edges, "edge between opposed faces", "edges between opposed faces"),
+            (self.duplicate_faces, "duplicate face", "duplicate faces"),
         ]
-        words = [
-            f"{count:,} {_noun(word, count)}{''.join(rest)}"
-            for count, word, *rest in named
-            if count
-        ]
+        words = [f"{n:,} {one if n == 1 else many}" for n, one, many in named if n]
         if self.inside_out:
             words.append("normals that point inward")
         return ", ".join(words) or "nothing"
@@ -124,8 +121,3 @@ def volume(surface: Surface) -> float:
     """m³: what a closed surface holds; negative if its normals point inward."""
     a, b, c = (surface.vertices - surface.bounds.mean(axis=0))[surface.faces].transpose(1, 0, 2)
     return float((a * np.cross(b, c)).sum() / 6)
-
-
-def _noun(word: str, count: int) -> str:
-    singular = {"bodie": "body", "pinched vertice": "pinched vertex"}
-    return singular.get(word, word) if count == 1 else word + "s"
