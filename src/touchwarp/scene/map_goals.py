@@ -65,8 +65,8 @@ class AreaPreservingGoal:
 
     virtual: Surface
     seed: int = 0
-    starts: int = 1
-    tolerance_mm: float = 0.02
+    starts: int = 3
+    tolerance_mm: float = 0.05
     origin: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -108,14 +108,14 @@ class MatchGoal:
 
     virtual: Surface
     displacement_weight: float = 1.0
-    smoothness_weight: float = 1.0
-    area_weight: float = 0.1
-    normal_weight: float = 1.0
-    curvature_weight: float = 0.0
+    smoothness_weight: float = 0.2
+    area_weight: float = 0.3
+    normal_weight: float = 0.05
+    curvature_weight: float = 0.1
     landmarks: Sequence[Landmark] = ()
     seed: int = 0
-    starts: int = 1
-    tolerance_mm: float = 0.02
+    starts: int = 3
+    tolerance_mm: float = 0.05
     origin: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

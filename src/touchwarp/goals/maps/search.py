@@ -22,9 +22,9 @@ Progress = Callable[[str, float], None]
 COARSEST = 600
 """Vertices of the coarsest level; each next one has four times as many."""
 GROWTH = 4
-COARSE_STEPS, MIDDLE_STEPS, FINE_STEPS = 60, 40, 16
+COARSE_STEPS, MIDDLE_STEPS, FINE_STEPS = 60, 40, 20
 COARSE_AREA_AIM = 0.03
-FOLD_WEIGHT = 1.0
+FOLD_WEIGHT = 3.0
 """From the second level on; the triangles of the coarsest cut across rims and handles."""
 NORMAL_SHARE = 0.3
 """Of normals beside positions, when first maps are compared."""
