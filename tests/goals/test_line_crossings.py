@@ -60,6 +60,17 @@ def test_a_thin_wall_is_crossed_as_often_as_it_has_sides() -> None:
     assert found.count.tolist() == [4]
     expected = [-0.04, -0.036, 0.036, 0.04]
     np.testing.assert_allclose(found.places[0, :4], expected, atol=3e-5)
+    assert found.last[0] == pytest.approx(found.places[0, 3])
+
+
+def test_the_last_crossing_is_known_even_of_more_than_are_listed() -> None:
+    heights = np.arange(20) * 0.01
+    sheet = np.array([[-1, -1, 0], [3, -1, 0], [-1, 3, 0]])
+    stack = np.concatenate([sheet + np.array([0, 0, h]) for h in heights])
+    surface = Surface(stack, np.arange(60).reshape(20, 3))
+    found = ParallelLines(surface, np.array([0, 0, 1.0])).crossings(np.zeros((1, 3)))
+    assert found.count.tolist() == [8]
+    assert found.last[0] == pytest.approx(0.19)
 
 
 def test_many_rays_hit_a_sphere_once() -> None:

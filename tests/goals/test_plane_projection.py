@@ -82,7 +82,7 @@ def test_a_curved_relief_is_followed_within_the_tolerance() -> None:
     assert len(goal.faces) < len(waved.faces)
 
 
-FILLET = Patch((0.05, 0.02, 0), (1, 1, 0))  # through the lines where the greater fillet begins
+FILLET = Patch((1, 1, 0), (0.05, 0.02, 0))  # through the lines where the greater fillet begins
 
 
 def fillets(patches: list[Patch] | None = None, small: float = 0.01) -> Goal:
@@ -134,7 +134,7 @@ def test_several_patches_meet_without_a_gap() -> None:
         vertices = np.concatenate([front.vertices, back.vertices])
         return Surface(vertices, np.concatenate([front.faces, back.faces + len(front.vertices)]))
 
-    behind = Patch((-0.05, -0.02, 0), (-1, -1, 0))
+    behind = Patch((-1, -1, 0), (-0.05, -0.02, 0))
     goal = made(both(0.01), both(0.03), patches=[FILLET, behind])
     assert goal.report["gap_max"] < 1e-12
     flipped = goal.prop_points * [-1, -1, 1]
@@ -143,6 +143,82 @@ def test_several_patches_meet_without_a_gap() -> None:
         points = (goal.virtual_points if sign == 1 else goal.virtual_points * [-1, -1, 1])[here]
         assert on_fillet_box(points, 0.03).max() < 2.1e-5
     assert len(flipped) == len(goal.virtual_points)
+
+
+AXES = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
+
+
+def bulge(x: Any, y: Any) -> Any:
+    """m: a cushion over [−0.05, 0.05]², 0 at its border."""
+    return 0.01 * (1 - (x / 0.05) ** 2) * (1 - (y / 0.05) ** 2)
+
+
+def pillow(height: Any, n: int = 40) -> Surface:
+    """A cube of sides 0.1 m with `height` put on each of its six faces."""
+    sheet = relief(lambda x, y: 0.05 + height(x, y), n)
+    turns = [(0, 90, 0), (0, -90, 0), (-90, 0, 0), (90, 0, 0), (0, 0, 0), (180, 0, 0)]
+    sides = [sheet.transformed(pose_matrix((0, 0, 0), turn)) for turn in turns]
+    offsets = np.arange(6)[:, None, None] * len(sheet.vertices)
+    faces = (np.array([side.faces for side in sides]) + offsets).reshape(-1, 3)
+    return Surface(np.concatenate([side.vertices for side in sides]), faces)
+
+
+def test_six_patches_make_a_pillow_of_a_cube() -> None:
+    cube = box((0.1, 0.1, 0.1))
+    goal = made(cube, pillow(bulge), patches=[Patch(axis) for axis in AXES])
+    assert goal.report["gap_max"] < 1e-12  # the cube's edges stay where they are
+    assert open_edge_count(goal.faces) == 0
+    x = goal.prop_points
+    axis = np.abs(x).argmax(axis=1)
+    across = np.array([[1, 2], [0, 2], [0, 1]])[axis]
+    lifted = bulge(*np.take_along_axis(x, across, axis=1).T)
+    shown = np.take_along_axis(np.abs(goal.virtual_points), axis[:, None], axis=1)[:, 0]
+    # The pillow's facets: h²/8 (|f_xx| + |f_yy| + 2 |f_xy|) on a grid of h = 2.5 mm.
+    assert np.abs(shown - 0.05 - lifted).max() < 4e-5
+    sideways = np.take_along_axis(goal.displacement, across, axis=1)
+    assert np.abs(sideways).max() < 1e-12
+
+
+def test_the_pillow_claim_rejects_another_height() -> None:
+    flatter = made(
+        box((0.1, 0.1, 0.1)),
+        pillow(lambda x, y: 0.99 * bulge(x, y)),
+        patches=[Patch(axis) for axis in AXES],
+    )
+    top = np.abs(flatter.virtual_points).max()
+    assert 0.06 - top > 5e-5
+
+
+@pytest.mark.parametrize(
+    ("virtual", "patches", "message"),
+    [
+        (
+            box((0.12, 0.12, 0.12)),
+            AXES,
+            r"patch \d and patch \d do not meet: the point \(-?50, -?50, -?50\) mm of both would "
+            r"show at two places 14.1 mm apart. Choose planes",
+        ),
+        (
+            pillow(bulge),
+            AXES[:5],
+            r"the face at \(.*, -50\) mm faces away from every patch's normal",
+        ),
+    ],
+)
+def test_patches_by_normal_that_do_not_fit_are_told(
+    virtual: Surface, patches: list[Any], message: str
+) -> None:
+    with pytest.raises(GoalError, match=message):
+        made(box((0.1, 0.1, 0.1)), virtual, patches=[Patch(normal) for normal in patches])
+
+
+def test_a_patch_behind_another_part_of_the_prop_is_told() -> None:
+    mug = make_shape("mug", {})
+    with pytest.raises(
+        GoalError,
+        match=r"the prop's patch along \(1, 0, 0\) is no height field: \(.*\) mm lies .* mm",
+    ):
+        made(mug, mug, patches=[Patch(axis) for axis in AXES])
 
 
 @pytest.mark.parametrize(
@@ -183,13 +259,13 @@ def test_several_patches_meet_without_a_gap() -> None:
         (
             fillet_box((0.1, 0.1, 0.1), 0.01),
             fillet_box((0.1, 0.1, 0.1), 0.03),
-            {"patches": [Patch((0.05, 0.03, 0), (1, 1, 0))]},
+            {"patches": [Patch((1, 1, 0), (0.05, 0.03, 0))]},
             "so it would stay, but the virtual surface is .* away from it; add a patch",
         ),
         (
             relief(lambda x, y: 0.01 * (x > 0)),
             relief(lambda x, y: 0.01 * (x > -0.02)),
-            {"patches": [Patch((0, 0, 0.001), UP)], "gap_mm": 2},
+            {"patches": [Patch(UP, (0, 0, 0.001))], "gap_mm": 2},
             r"the prop leaves the patch's plane, but the virtual object is 9 mm in front of it",
         ),
     ],
@@ -207,9 +283,9 @@ def test_patches_that_disagree_are_told() -> None:
     # slanting normal it is three times as far.
     prop = Surface(relief(lambda x, y: 0 * x).vertices * [0.5, 0.5, 1], relief(np.add).faces)
     virtual = relief(lambda x, y: 0 * x + 0.0015)
-    patches = [Patch((0, 0, 0), (0.3, 0, 1)), Patch((0.02, 0, 0), (-3, 0, 1))]
+    patches = [Patch((0.3, 0, 1), (0, 0, 0)), Patch((-3, 0, 1), (0.02, 0, 0))]
     with pytest.raises(
-        GoalError, match=r"patch 1 and patch 2 do not meet: the point .* 4.\d+ mm apart. Move"
+        GoalError, match=r"patch 1 and patch 2 do not meet: the point .* 4.\d+ mm apart. Choose"
     ):
         made(prop, virtual, patches=patches, gap_mm=2)
 

@@ -70,6 +70,12 @@ def test_every_key_is_read_and_written_back(kind: str) -> None:
     )
 
 
+def test_patches_may_be_normals_alone() -> None:
+    text = 'kind = "plane_projection"\npatches = [{ normal = [0, 0, 2] }]\n' + VIRTUAL
+    assert goal_of(text).patches == (Patch((0, 0, 1)),)
+    assert goal_of(text).entries()["patches"] == [{"normal": (0, 0, 1)}]
+
+
 def test_the_values_reach_their_places() -> None:
     match = goal_of(f'kind = "match"\n{VIRTUAL}{EVERY_KEY["match"]}')
     weights = [match.displacement_weight, match.smoothness_weight, match.area_weight]
@@ -77,7 +83,7 @@ def test_the_values_reach_their_places() -> None:
     assert (match.seed, match.starts, match.tolerance_mm) == (7, 8, 0.1)
     assert match.landmarks == (Landmark((0, 0, 0.05), (0.1, 0, 0.05)),)
     plane = goal_of(f'kind = "plane_projection"\n{VIRTUAL}{EVERY_KEY["plane_projection"]}')
-    assert plane.patches == (Patch((0, 0, 0.01), (0, 0, 1)),)
+    assert plane.patches == (Patch((0, 0, 1), (0, 0, 0.01)),)
     assert (plane.normal, plane.gap_mm) == (None, 0.3)
     about = goal_of(f'kind = "direction"\n{VIRTUAL}{EVERY_KEY["direction"]}')
     assert (about.centre, about.virtual_centre) == ((0, 0, 0.01), (0, 0, 0.02))
@@ -182,6 +188,12 @@ def test_plane_scenes_have_transforms_only(kind: str) -> None:
             "goal.centre is .*; finite numbers are needed",
         ),
         (lambda: AreaPreservingGoal(CUBE, starts=0), "goal.starts is 0; a whole number ≥ 1"),
+        (
+            lambda: PlaneProjectionGoal(
+                CUBE, patches=[Patch((0, 0, 1)), Patch((1, 0, 0), (0, 0, 0))]
+            ),
+            "some of goal.patches have a point and some have none; give all of them one",
+        ),
         (lambda: PlaneProjectionGoal(CUBE), "goal has neither normal nor patches"),
         (lambda: Landmark((0, 0), (0, 0, 0)), r"goal.landmarks.prop is \(0, 0\); three numbers"),
     ],

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,32 +30,27 @@ class HeightFields:
         prop: the prop, m, scene frame.
         virtual: the virtual object, m, scene frame.
         normal: (3,) unit vector.
-        level: m: the plane's height. Then both are taken to reach from the plane to where they
-            lie in front of it. None: from where the line enters them to where it leaves.
+        reach: where both begin and end on a line. A height, m: from that plane to where they lie in
+            front of it. "body": from where the line enters to where it leaves. "front": both at the
+            last place that the line crosses, seen against the normal the foremost.
         gap: m: how far aside a partner may be looked for.
     """
 
     def __init__(
-        self, prop: Surface, virtual: Surface, normal: Float, level: float | None, gap: float
+        self,
+        prop: Surface,
+        virtual: Surface,
+        normal: Float,
+        reach: float | Literal["body", "front"],
+        gap: float,
     ) -> None:
-        self.normal, self.level, self.gap = normal, level, gap
+        self.normal, self.reach, self.gap = normal, reach, gap
         self._across = across(normal)
         self._prop = ParallelLines(prop, normal)
         self._virtual = ParallelLines(virtual, normal)
         self._shadow = SurfaceTree(self._feet(virtual.vertices), virtual.faces)
-        if level is None:
-            low, high = self._span(prop.used_vertices, self._prop, "prop")
-            low_virtual, high_virtual = self._span(
-                virtual.used_vertices, self._virtual, "virtual object"
-            )
-            sheets = [(high - low).max(), (high_virtual - low_virtual).max()]
-            if (sheets[0] <= NO_LENGTH) != (sheets[1] <= NO_LENGTH):
-                sheet, body = ("prop", "virtual object")[:: 1 if sheets[0] <= NO_LENGTH else -1]
-                raise GoalError(
-                    f"the {sheet} is a sheet over the plane, but the {body} has two sides, up to "
-                    f"{max(sheets) * 1e3:.3g} mm apart along {spell_direction(normal)}; cut the "
-                    f"{body} open, or close the {sheet}."
-                )
+        if reach == "body":
+            self._check_sheets(prop, virtual)
 
     def images(self, points: Float) -> Float:
         """g at points (n, 3) m of the prop.
@@ -66,7 +63,7 @@ class HeightFields:
         low_virtual, high_virtual = self._span(feet, self._virtual, "virtual object")
         thick, thick_virtual = high - low, high_virtual - low_virtual
         torn = (thick <= NO_LENGTH) & (thick_virtual > max(self.gap, NO_LENGTH))
-        if self.level is not None and torn.any():
+        if isinstance(self.reach, float) and torn.any():
             n = int(np.where(torn, thick_virtual, 0.0).argmax())
             raise GoalError(
                 f"at {spell_point(points[n])} the prop leaves the patch's plane, but the virtual "
@@ -82,8 +79,13 @@ class HeightFields:
         found = lines.crossings(points)
         places, count = found.places, found.count
         height = points @ self.normal
-        if self.level is not None:
-            in_front = places > self.level + NO_LENGTH
+        if self.reach == "front":
+            foremost = np.where(count > 0, found.last, height)
+            if lines is self._prop:
+                self._check_foremost(points, foremost - height)
+            return foremost, foremost
+        if isinstance(self.reach, float):
+            in_front = places > self.reach + NO_LENGTH
             places = np.sort(np.where(in_front, places, np.nan), axis=1)
             count = in_front.sum(axis=1)
             most, told = 1, "once in front of its plane"
@@ -98,12 +100,37 @@ class HeightFields:
                 f"{over.mean():.2g} of all; a height field is crossed at most {told}. Choose "
                 "another normal, more patches, or another kind of goal."
             )
-        if self.level is not None:
-            floor = np.full(len(points), self.level)
+        if isinstance(self.reach, float):
+            floor = np.full(len(points), self.reach)
             # A point of the prop in the plane itself, or a hair behind, is its own top.
             return floor, np.where(count > 0, places[:, 0], floor)
         low = np.where(count > 0, places[:, 0], height)
         return low, np.where(count > 1, places[:, 1], low)
+
+    def _check_sheets(self, prop: Surface, virtual: Surface) -> None:
+        """Raise unless both have one side, or both have two."""
+        low, high = self._span(prop.used_vertices, self._prop, "prop")
+        low_virtual, high_virtual = self._span(
+            virtual.used_vertices, self._virtual, "virtual object"
+        )
+        thickest = [(high - low).max(), (high_virtual - low_virtual).max()]
+        if (thickest[0] <= NO_LENGTH) != (thickest[1] <= NO_LENGTH):
+            sheet, body = ("prop", "virtual object")[:: 1 if thickest[0] <= NO_LENGTH else -1]
+            raise GoalError(
+                f"the {sheet} is a sheet over the plane, but the {body} has two sides, up to "
+                f"{max(thickest) * 1e3:.3g} mm apart along {spell_direction(self.normal)}; cut the "
+                f"{body} open, or close the {sheet}."
+            )
+
+    def _check_foremost(self, points: Float, behind: Float) -> None:
+        """Raise where points (n, 3) m of the prop lie (n,) m behind another part of it."""
+        n = int(behind.argmax())
+        if behind[n] > max(self.gap, NO_LENGTH):
+            raise GoalError(
+                f"the prop's patch along {spell_direction(self.normal)} is no height field: "
+                f"{spell_point(points[n])} lies {behind[n] * 1e3:.3g} mm behind another part of "
+                "it. Choose another normal, more patches, or another kind of goal."
+            )
 
     def _feet(self, points: Float) -> Float:
         """(n, 3) m: the points' places in the plane, as the tree of the shadow has them."""

@@ -26,10 +26,12 @@ class Crossings:
     Attributes:
         count: (n,) at how many places; more than 8 are counted as 8.
         places: (n, 8) m along each line, ascending; NaN beyond the count.
+        last: (n,) m: the greatest of all places, also where there are more; −∞ where there is none.
     """
 
     count: Int
     places: Float
+    last: Float
 
 
 class ParallelLines:
@@ -87,7 +89,7 @@ class RadialLines:
         found = self._bins.crossings(np.ascontiguousarray(directions))
         # Inverse distances are linear on a triangle, so these are what the bins hold.
         places = np.sort(1 / found.places, axis=1)
-        return Crossings(found.count, places)
+        return Crossings(found.count, places, np.fmax.reduce(places, axis=1, initial=-np.inf))
 
 
 def across(normal: Float) -> Float:
@@ -123,8 +125,9 @@ class _Bins:
         count = np.zeros(len(keys), dtype=np.int64)
         places = np.full((len(keys), MOST_CROSSINGS), np.nan)
         flat = (cells[:, 0] * self.shape[1] + cells[:, 1]) * self.shape[2] + cells[:, 2]
-        _cross(keys, flat, self.starts, self.items, self.corners, self.values, count, places)
-        return Crossings(count, places)
+        last = np.full(len(keys), -np.inf)
+        _cross(keys, flat, self.starts, self.items, self.corners, self.values, count, places, last)
+        return Crossings(count, places, last)
 
     def _cell(self, keys: Float) -> Int:
         cell = np.floor((keys - self.low) / self.step).astype(np.int64)
@@ -154,8 +157,8 @@ def _fill(first, last, shape):
 
 
 @njit(cache=True, parallel=True)
-def _cross(keys, cells, starts, items, corners, values, count, places):
-    """Count and places of the crossings of each line, places in ascending order."""
+def _cross(keys, cells, starts, items, corners, values, count, places, last):
+    """Count and places of the crossings of each line, in ascending order, and the last of all."""
     for n in prange(len(keys)):
         d = keys[n]
         for item in range(starts[cells[n]], starts[cells[n] + 1]):
@@ -172,6 +175,7 @@ def _cross(keys, cells, starts, items, corners, values, count, places):
             if u < -EDGE_TOLERANCE or v < -EDGE_TOLERANCE or w < -EDGE_TOLERANCE:
                 continue
             place = u * values[t, 0] + v * values[t, 1] + w * values[t, 2]
+            last[n] = max(last[n], place)
             _insert(places[n], count, n, place)
 
 

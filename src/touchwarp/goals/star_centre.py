@@ -43,14 +43,11 @@ def star_kernel(*surfaces: Surface) -> Kernel:
 
     normals, offsets = [], []
     for surface in surfaces:
-        corners = surface.vertices[surface.faces]
-        normal = face_normals(surface.vertices, surface.faces)
-        proper = np.isfinite(normal).all(axis=1) & (np.abs(normal).max(axis=1) > 0)
-        normal, corners = normal[proper], corners[proper]
-        volume = _volume(corners - surface.bounds.mean(axis=0))
-        normal = normal * (1.0 if volume >= 0 else -1.0)
-        normals.append(normal)
-        offsets.append(np.einsum("ij,ij->i", normal, corners[:, 0]))
+        normal = outward_normals(surface)
+        proper = np.abs(normal).max(axis=1) > 0
+        normals.append(normal[proper])
+        first = surface.vertices[surface.faces[proper, 0]]
+        offsets.append(np.einsum("ij,ij->i", normal[proper], first))
     box = np.concatenate([surface.bounds for surface in surfaces])
     middle, half = box.mean(axis=0), float(np.ptp(box, axis=0).max()) / 2
     # Lengths in units of half the box, from its middle: |c| ≤ 1 there.
@@ -68,9 +65,14 @@ def star_kernel(*surfaces: Surface) -> Kernel:
     return Kernel(middle + half * centre, half * depth)
 
 
-def _volume(corners: Float) -> float:
-    """Six times the volume that triangles (m, 3, 3) enclose; negative if they face inward."""
-    return float((corners[:, 0] * np.cross(corners[:, 1], corners[:, 2])).sum())
+def outward_normals(surface: Surface) -> Float:
+    """(m, 3) unit normals of faces that are all turned alike, out of the body; 0 for needles."""
+    corners = surface.vertices[surface.faces] - surface.bounds.mean(axis=0)
+    normal = np.nan_to_num(face_normals(surface.vertices, surface.faces))
+    volume = (corners[:, 0] * np.cross(corners[:, 1], corners[:, 2])).sum()
+    # An open sheet in a plane through the middle has no volume but for rounding.
+    inside_out = volume < -1e-9 * np.ptp(surface.bounds, axis=0).max() ** 3
+    return -normal if inside_out else normal
 
 
 def blocked_rays(lines: RadialLines) -> tuple[float, Float]:

@@ -21,19 +21,25 @@ from touchwarp.scene.virtual_object import (
 
 @dataclass(frozen=True)
 class Patch:
-    """The part of a surface in front of a plane, seen as a height field over it.
+    """A part of a surface that is a height field over a plane.
 
     Attributes:
-        point: (3,) m, scene frame: a point of the plane.
-        normal: (3,): the side where the patch lies; becomes a unit vector.
+        normal: (3,): the plane's normal; becomes a unit vector.
+        point: (3,) m, scene frame: a point of the plane; the patch is what lies in front of it.
+            None: the patch is the faces whose normals are nearer to this one than to the others'.
     """
 
-    point: Sequence[float]
     normal: Sequence[float]
+    point: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", goal_numbers.point("patches.point", self.point))
+        if self.point is not None:
+            object.__setattr__(self, "point", goal_numbers.point("patches.point", self.point))
         object.__setattr__(self, "normal", goal_numbers.direction("patches.normal", self.normal))
+
+    def entries(self) -> dict[str, Any]:
+        """The keys of the scene file."""
+        return {k: v for k, v in (("point", self.point), ("normal", self.normal)) if v is not None}
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +47,8 @@ class PlaneProjectionGoal:
     """Prop and virtual object are height fields over a plane, and share the projected position.
 
     With a `normal`, the whole prop is carried along it: what faces one way to what faces that way.
-    With `patches`, each point of the prop is carried along the normal of the first patch that holds
-    it; points of no patch stay where they are.
+    With `patches`, each point of the prop is carried along the normal of its patch, the first that
+    holds it; what is in front of no patch's plane stays where it is.
 
     Attributes:
         virtual: the virtual object, m, scene frame.
@@ -85,6 +91,11 @@ class PlaneProjectionGoal:
             if self.patches:
                 raise GoalError("goal.normal stands beside goal.patches; give either.")
             object.__setattr__(self, "normal", goal_numbers.direction("normal", self.normal))
+        if len({patch.point is None for patch in self.patches}) > 1:
+            raise GoalError(
+                "some of goal.patches have a point and some have none; give all of them one (what "
+                "is in front of a plane) or none (what faces along a normal)."
+            )
         object.__setattr__(self, "gap_mm", goal_numbers.number("gap_mm", self.gap_mm, 0.0))
         tolerance_mm = goal_numbers.number("tolerance_mm", self.tolerance_mm, 0.0, above=True)
         object.__setattr__(self, "tolerance_mm", tolerance_mm)
@@ -95,7 +106,7 @@ class PlaneProjectionGoal:
         patches = []
         for where, entries in table.tables("patches"):
             patch = Table(entries, where, ("point", "normal"))
-            patches.append(Patch(patch.vector("point", 3), patch.vector("normal", 3)))
+            patches.append(Patch(patch.vector("normal", 3), patch.vector("point", 3, None)))
         return cls(
             **read_virtual(table, surfaces),
             normal=table.vector("normal", 3, None),
@@ -108,7 +119,7 @@ class PlaneProjectionGoal:
         """The keys of the scene file."""
         over: dict[str, Any] = {"normal": self.normal}
         if self.patches:
-            over = {"patches": [{"point": p.point, "normal": p.normal} for p in self.patches]}
+            over = {"patches": [patch.entries() for patch in self.patches]}
         return {
             **virtual_entries(self.virtual, self.origin),
             **over,
