@@ -29,7 +29,7 @@ class BlockSystem:
         self.diagonal = np.searchsorted(keys, np.arange(vertices) * (vertices + 1))
         self.blocks = np.zeros((len(keys), 2, 2))
         self.slope = np.zeros((vertices, 2))
-        self._order: NDArray[np.int32] | None = None
+        self._order: NDArray[np.int64] | None = None
 
     def clear(self) -> None:
         """Start a new assembly."""
@@ -94,7 +94,9 @@ class BlockSystem:
             factors = splu(
                 matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
             )
-            self._order = np.argsort(factors.perm_c)  # the pattern stays: order it only once
+            self._order = np.argsort(factors.perm_c).astype(
+                np.int64
+            )  # the pattern stays: order it only once
             return np.asarray(factors.solve(right).reshape(n, 2))
         order = self._order
         matrix = matrix[order][:, order].tocsc()

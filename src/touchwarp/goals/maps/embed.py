@@ -79,12 +79,13 @@ def relax_layout(layout: Layout) -> Layout:
     """The layout after some sweeps in which each vertex relaxes among its neighbours."""
     mesh = layout.mesh
     vertices = (mesh.vertices - mesh.centre) / mesh.diagonal
-    rings = build_rings(mesh.faces, layout.corner_shift, len(vertices))[:3]
+    ring, shift, degree, _ = build_rings(mesh.faces, layout.corner_shift, len(vertices))
     alive = np.ones(len(vertices), np.bool_)
     points = layout.points.copy()
     scale = layout.domain_area / (mesh.area / mesh.diagonal**2)
     target, slope = np.empty((MOST_NEIGHBOURS, 4)), np.empty(9)
-    sweep(vertices, points, *rings, alive, scale, target, slope, layout.flat, RELAXING_SWEEPS)
+    state = (vertices, points, ring, shift, degree, alive)
+    sweep(*state, scale, target, slope, layout.flat, RELAXING_SWEEPS)
     return layout.moved(points)
 
 

@@ -32,7 +32,7 @@ def folded_faces(images: Float, faces: Int, tree: SurfaceTree, normals: Float) -
     a, b, c = (images[faces[:, k]] for k in range(3))
     crossed = np.cross(b - a, c - a)
     below = normals[tree.nearest((a + b + c) / 3).elements]
-    return ((crossed * below).sum(axis=1) <= 0).astype(np.float64)
+    return np.asarray((crossed * below).sum(axis=1) <= 0, dtype=np.float64)
 
 
 def iron(images: Float, faces: Int, surface: Surface) -> Float:

@@ -40,9 +40,8 @@ class Layout:
     @property
     def shares(self) -> NDArray[np.float64]:
         """(m,): each triangle's share of the domain's area; negative where turned over."""
-        return triangle_areas(self.points, self.mesh.faces, self.corner_shift, self.flat) / (
-            self.domain_area
-        )
+        areas = triangle_areas(self.points, self.mesh.faces, self.corner_shift, self.flat)
+        return np.asarray(areas / self.domain_area)
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:

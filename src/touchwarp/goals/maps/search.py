@@ -24,6 +24,8 @@ COARSEST = 600
 GROWTH = 4
 COARSE_STEPS, MIDDLE_STEPS, FINE_STEPS = 60, 40, 20
 COARSE_AREA_AIM = 0.03
+FINE_LANDMARKS = 100.0
+"""Landmarks count so much more from the second level on, when they are near already."""
 FOLD_WEIGHT = 3.0
 """From the second level on; the triangles of the coarsest cut across rims and handles."""
 NORMAL_SHARE = 0.3
@@ -140,15 +142,21 @@ def search_map(pair: Pair, plan: Plan, progress: Progress | None = None) -> Foun
         if energies[-1] <= min(energies):
             best = levels
     assert best is not None
-    while not best.whole:
+    while True:
         best.put_back(GROWTH * best.count)
         chosen, layout = best.now()
         steps = FINE_STEPS if best.whole else MIDDLE_STEPS
-        weights = replace(plan.weights, folds=FOLD_WEIGHT)
+        weights = replace(
+            plan.weights,
+            folds=FOLD_WEIGHT,
+            landmarks=FINE_LANDMARKS * plan.weights.landmarks,
+        )
         layout = pair.problem(layout, chosen).refine(
             layout, weights, steps, progress=lambda done: tell("fine map", done)
         )
         best.points[chosen] = layout.points
+        if best.whole:
+            break
     tell("fine map", 1.0)
     return Found(best.whole_layout(), energies, pair.size)
 
