@@ -29,7 +29,7 @@ BESIDE = 80_000
 """More faces than this of a virtual object are not drawn behind its image."""
 
 _SQUARES_ALONG = 12
-_STILL_SAMPLES = 150_000
+_STILL_SAMPLES = 250_000
 _STILL_HEIGHT = 300
 _PAPER = np.array([0.80, 0.83, 0.86])
 _DARK = 0.55
