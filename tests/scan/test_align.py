@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.scan.scans import fine_mug
 from touchwarp.errors import SceneError
 from touchwarp.scan.align import align
 from touchwarp.scan.preparation import place
@@ -18,7 +19,7 @@ POSES = [((0.3, -0.2, 0.1), (90, 20, 130)), ((0, 0, 0.5), (180, 0, 77)), ((1, 0,
 
 @pytest.fixture(scope="module")
 def mug() -> Surface:
-    return make_shape("mug", {})
+    return fine_mug(5e-3)
 
 
 def turn_deg(T: np.ndarray) -> float:

@@ -31,7 +31,7 @@ def test_a_mug_keeps_its_handle_and_its_shape() -> None:
     assert distances(even.vertices, mug).max() < 1e-8
     assert deviation(mug, even).p99_mm < 0.8
     assert np.quantile(smallest_angles_deg(even), 0.01) > 30
-    assert np.quantile(smallest_angles_deg(mug), 0.5) < 10  # the twin: the mug's own slivers fail
+    assert np.quantile(smallest_angles_deg(mug), 0.01) < 15  # the twin: the mug's own slivers fail
     assert len(even.faces) == pytest.approx(
         len(mug.faces) * edge_length_for(mug, len(mug.faces)) ** 2 / 2.5e-3**2, rel=0.1
     )

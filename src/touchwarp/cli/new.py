@@ -168,7 +168,8 @@ def fitted_part(path: Path, kind: str, file: Path) -> Part:
 def with_equal_handles(felt: Part, shown: Part, answers: Answers) -> tuple[Part, Part]:
     """Both, the one with more handles mended to the other's number, if that is possible and wanted.
 
-    Scans have tunnels that the thing has not, where the scanner saw too little.
+    Scans have tunnels that the thing has not, where the scanner saw too little. A mesh that was
+    closed already is believed.
     """
     from touchwarp.cli.terminal import progress_bar
     from touchwarp.scan.preparation import prepare
@@ -177,6 +178,8 @@ def with_equal_handles(felt: Part, shown: Part, answers: Answers) -> tuple[Part,
     if not (a.sound and b.sound) or a.genus is None or b.genus is None or a.genus == b.genus:
         return felt, shown
     more, genus = (felt, b.genus) if a.genus > b.genus else (shown, a.genus)
+    if more.ready.repair is None or more.ready.repair.genus_before is not None:
+        return felt, shown  # its mesh is closed, so its handles are meant
     with progress_bar(f"closing tunnels of {more.name}") as progress:
         fewer = prepare(more.raw, crop=more.ready.table is not None, genus=genus, progress=progress)
     if fewer.repair is None or not answers.confirm(

@@ -39,7 +39,12 @@ class Cloud:
         area = face_areas(surface)
         centroid = np.asarray(area @ centres / area.sum())
         points = sample(surface, count, np.random.default_rng(seed))[0] - centroid
-        axes = np.linalg.eigh(points.T @ points)[1][:, ::-1]
+        corners = surface.vertices[surface.faces] - centroid
+        # ∫ x xᵀ over a triangle with corners vᵢ: area/12 · (Σ vᵢ vᵢᵀ + (Σ vᵢ)(Σ vᵢ)ᵀ)
+        spread = np.einsum("f,fci,fcj->ij", area, corners, corners)
+        total = corners.sum(axis=1)
+        spread += np.einsum("f,fi,fj->ij", area, total, total)
+        axes = np.linalg.eigh(spread)[1][:, ::-1]
         axes[:, 2] *= np.linalg.det(axes)
         return Cloud(centroid, points, axes, float(np.sqrt((points**2).sum(axis=1).mean())))
 
