@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from touchwarp.cli.goal import goal_facts
 from touchwarp.cli.main import main
-from touchwarp.goals import goals
+from touchwarp.goals import Goal, goals, subdivision
 from touchwarp.scene import load_scene, parse_scene
+from touchwarp.scene.shapes import box
 
 SCENE = """
 [[prop]]
@@ -113,3 +117,33 @@ def test_a_goal_that_cannot_be_made_leaves_nothing(
         "prop 'ball': the prop is not star-shaped from (1000, 0, 0) mm" in capsys.readouterr().err
     )
     assert sorted(p.name for p in tmp_path.iterdir()) == ["ball.toml"]
+
+
+def test_too_few_faces_are_told(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = partial(subdivision.subdivide, most_faces=5000)
+    monkeypatch.setattr(import_module("touchwarp.goals.direction"), "subdivide", few)
+    scene.write_text(SCENE.replace("tolerance_mm = 0.5", "tolerance_mm = 0.001"))
+    assert main(["goal", str(scene), "-o", str(tmp_path / "ball.npz")]) == 0
+    told = capsys.readouterr().out
+    assert "Note: that many faces are not enough for the goal's tolerance_mm; their image" in told
+
+
+def test_any_report_becomes_json() -> None:
+    cube = box((0.1, 0.1, 0.1))
+    report = {
+        "a": np.float64(1.5),
+        "b": np.inf,
+        "c": np.arange(2),
+        "d": (np.bool_(True), np.nan),
+        "e": "torus",
+    }
+    facts = goal_facts(Goal(cube.vertices, cube.vertices, cube.faces, report=report))
+    assert json.loads(json.dumps(facts["report"], allow_nan=False)) == {
+        "a": 1.5,
+        "b": None,
+        "c": [0, 1],
+        "d": [True, None],
+        "e": "torus",
+    }

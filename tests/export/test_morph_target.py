@@ -111,7 +111,9 @@ def validator(request: pytest.FixtureRequest) -> Path:
     folder = Path(request.config.cache.mkdir("gltf-validator"))
     if not (folder / "node_modules" / "gltf-validator").is_dir():
         command = [npm, "install", "--no-audit", "--no-fund", "--prefix", str(folder), VALIDATOR]
-        subprocess.run(command, check=True, capture_output=True, timeout=120)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+        if done.returncode:
+            pytest.fail(f"the Khronos validator cannot be got from npm:\n{done.stderr[-500:]}")
     return folder
 
 

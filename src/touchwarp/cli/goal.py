@@ -64,7 +64,7 @@ def goal_command(
     with terminal.progress_bar("making the goal") as progress:
         goal = goals(loaded.only(name), progress)[name]
         progress("writing", 0.9)
-        facts = _facts(goal) | write_goal(output, goal, name, size)
+        facts = goal_facts(goal) | write_goal(output, goal, name, size)
     if as_json:
         click.echo(json.dumps({"prop": name, "files": [str(f) for f in files], **facts}, indent=2))
         return
@@ -73,6 +73,11 @@ def goal_command(
         f"points, {facts['faces']:,} faces; displaces by {facts['displacement_mean'] * 1e3:.3g} mm "
         f"on average, {facts['displacement_max'] * 1e3:.3g} mm at most."
     )
+    if goal.report.get("subdivision_capped"):
+        click.echo(
+            "Note: that many faces are not enough for the goal's tolerance_mm; their image strays "
+            f"from the virtual surface by up to {goal.report['image_distance_max'] * 1e3:.2g} mm."
+        )
     if "width" in facts:
         click.echo(_texture_text(facts, output))
 
@@ -88,7 +93,7 @@ def _chosen(scene: Scene, name: str | None) -> str:
     return scene.props[0].name
 
 
-def _facts(goal: Goal) -> dict[str, Any]:
+def goal_facts(goal: Goal) -> dict[str, Any]:
     """What there is to tell of a goal, as JSON values; lengths in m."""
     import numpy as np
 
@@ -99,8 +104,23 @@ def _facts(goal: Goal) -> dict[str, Any]:
         "faces": len(goal.faces),
         "displacement_mean": float(length.mean()),
         "displacement_max": float(length.max()),
-        "report": goal.report,
+        "report": {key: _plain(value) for key, value in goal.report.items()},
     }
+
+
+def _plain(value: Any) -> Any:
+    """A value as JSON can hold it: arrays as lists, null for what is not finite."""
+    import numpy as np
+
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value) if np.isfinite(value) else None
+    return str(value)
 
 
 def _texture_text(facts: dict[str, Any], output: Path) -> str:

@@ -92,7 +92,7 @@ def _checked_lines(what: str, surface: Surface, centre: Float, found: bool) -> R
             else "choose another centre, leave it out to have one found, or choose another kind"
         )
         raise GoalError(
-            f"the {what} is not star-shaped from {spell_point(centre)}: {share:.1%} of rays do not "
+            f"the {what} is not star-shaped from {spell_point(centre)}: {share:.2%} of rays do not "
             f"cross it just once, one of them along {spell_direction(one)}; {advice}."
         )
     return lines
