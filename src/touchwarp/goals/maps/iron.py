@@ -1,8 +1,8 @@
 """Small folds of a map's straight images taken out.
 
 Where the virtual layout shears, three corners of a triangle that is sound on the domain may have
-images that wind the other way. Each such corner goes to the surface's point nearest to the mean of
-its neighbours' images, wherever that leaves fewer folded triangles around it.
+images that wind the other way. Each such corner, and each next to one, goes to the surface's point
+nearest to the mean of its neighbours' images, unless more triangles around it would fold.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Int = NDArray[np.int64]
 
 ROUNDS = 60
 COLOURS = 4
-"""Corners take turns by number, so that few neighbours move at once."""
+"""Corners take turns by colours drawn once, so that few neighbours move at once."""
 
 
 def folded_faces(images: Float, faces: Int, tree: SurfaceTree, normals: Float) -> Float:
@@ -42,13 +42,14 @@ def iron(images: Float, faces: Int, surface: Surface) -> Float:
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     folded = folded_faces(images, faces, tree, normals)
     images = images.copy()
-    vertices = np.arange(len(images))
+    colour = np.random.default_rng(0).integers(COLOURS, size=len(images))
     for turn in range(ROUNDS):
         if not folded.any():
             break
         moving = np.zeros(len(images), np.bool_)
         moving[faces[folded > 0]] = True
-        moving &= vertices % COLOURS == turn % COLOURS
+        moving[faces[moving[faces].any(axis=1)]] = True
+        moving &= colour == turn % COLOURS
         if not moving.any():
             continue
         around = np.flatnonzero(moving[faces].any(axis=1))
@@ -65,7 +66,7 @@ def iron(images: Float, faces: Int, surface: Surface) -> Float:
         gain = np.zeros(len(images))
         for k in range(3):
             np.add.at(gain, near[:, k], folded[around] - after[around])
-        moving &= gain > 0
+        moving &= gain >= 0  # ties too: a fold of several triangles opens step by step
         images[moving] = trial[moving]
         folded[around] = folded_faces(images, near, tree, normals)
     return images
