@@ -53,7 +53,9 @@ def star_kernel(*surfaces: Surface) -> Kernel:
     # Lengths in units of half the box, from its middle: |c| ≤ 1 there.
     rows = np.concatenate(normals)
     reach = (np.concatenate(offsets) - rows @ middle) / half
-    solved = linprog([0, 0, 0, -1], np.c_[rows, np.ones(len(rows))], reach, bounds=(-1, 1))
+    # the depth has no lower bound: two bodies may face each other from any distance
+    bounds = [(-1, 1)] * 3 + [(None, 1)]
+    solved = linprog([0, 0, 0, -1], np.c_[rows, np.ones(len(rows))], reach, bounds=bounds)
     centre, depth = solved.x[:3], float(solved.x[3])
     if depth > 0:
         # Other balls may be as large: move towards the middle while half the depth is left.
