@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import tomllib
 from pathlib import Path
 
@@ -79,7 +80,10 @@ def test_measured_points_become_a_shape(folder: Path, capsys: Told) -> None:
     )
 
 
-def test_questions_need_a_terminal_or_an_option(folder: Path, capsys: Told) -> None:
+def test_questions_need_a_terminal_or_an_option(
+    folder: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
     write_mesh(folder / "a.stl", box([0.1, 0.1, 0.1]), 1e-3)
     write_mesh(folder / "b.glb", sphere(0.05, 0.5))
     assert main(["new", "a.stl", "b.glb", "-o", "a.toml"]) == 2

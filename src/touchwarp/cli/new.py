@@ -305,6 +305,8 @@ def _notes(part: Part) -> list[str]:
     if repaired is not None and repaired.steps:
         notes.append("repaired: " + "; ".join(repaired.steps))
         notes.append(f"the scan lies {repaired.from_input} from the repaired surface")
+    if part.ready.evened:
+        notes.append(f"remeshed to {len(part.ready.surface.faces):,} even triangles, for the map")
     if part.ready.refusal:
         notes.append(f"not closed: {part.ready.refusal}".rstrip("."))
     return notes

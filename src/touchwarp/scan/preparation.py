@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from touchwarp.errors import SceneError
 from touchwarp.scan.align import Alignment, align
+from touchwarp.scan.remesh import edge_length_for, remesh
 from touchwarp.scan.repair import Repair, repair
 from touchwarp.scan.soundness import Soundness, inspect
 from touchwarp.scan.tabletop import Tabletop, crop_tabletop
+from touchwarp.scan.thickness import wall_thickness
 from touchwarp.scene.surface import Surface
 from touchwarp.scene.units import up_rotation
 
@@ -23,6 +25,11 @@ STANDING = np.cos(np.radians(15))
 """An aligned object with one axis nearer to the vertical is stood upright on it, …"""
 STOOD_WORTH = 1.25
 """… if its misfit (p95 distances, both ways) is then at most this many times the best one's."""
+MOST_NEIGHBOURS = 40
+"""A vertex with more, as in the middle of a fan, calls for remeshing …"""
+EVEN_FACES = 20_000
+"""… to about so many triangles, more where a wall is thin."""
+
 SAME_WORTH = 1.1
 """The file's own up axis stays up if the misfit is no more than this many times the best one's."""
 
@@ -37,6 +44,7 @@ class Prepared:
         table: what was cut away, in the file's frame, or None.
         repair: what the mesh needed, or None where no repair was good enough.
         refusal: why there is no repair; "" where there is one.
+        evened: it was remeshed, as vertices had more neighbours than maps of surfaces bear.
         found: the soundness of `surface`.
     """
 
@@ -45,12 +53,13 @@ class Prepared:
     table: Tabletop | None
     repair: Repair | None
     refusal: str
+    evened: bool
     found: Soundness
 
     @property
     def changed(self) -> bool:
         """Whether the file's own mesh will not do."""
-        return self.table is not None or bool(self.repair and self.repair.steps)
+        return self.table is not None or self.evened or bool(self.repair and self.repair.steps)
 
 
 def prepare(
@@ -77,7 +86,11 @@ def prepare(
         surface = mended.surface
     except SceneError as error:
         refusal = str(error)
-    return Prepared(surface, T, table, mended, refusal, inspect(surface))
+    evened = mended is not None and np.bincount(surface.faces.ravel()).max() > MOST_NEIGHBOURS
+    if evened:
+        edge_length = min(edge_length_for(surface, EVEN_FACES), 0.7 * wall_thickness(surface))
+        surface = remesh(surface, edge_length, progress=progress)
+    return Prepared(surface, T, table, mended, refusal, evened, inspect(surface))
 
 
 def level(table: Tabletop) -> Float:
