@@ -19,7 +19,7 @@ from figures import Figure, print_figures, save_json
 from scipy.spatial import cKDTree
 
 import touchwarp as tw
-from touchwarp.check.surface_samples import find_sharp_edges, sample_surface
+from touchwarp.goals.surface_samples import find_sharp_edges, sample_surface
 from touchwarp.scene import parse_scene
 
 GOAL = (

@@ -21,8 +21,8 @@ from figures import Figure, print_figures, save_json
 from scipy.spatial import cKDTree
 
 import touchwarp as tw
-from touchwarp.check.surface_samples import find_sharp_edges, sample_surface
 from touchwarp.cli.demo_files import write_input
+from touchwarp.goals.surface_samples import find_sharp_edges, sample_surface
 from touchwarp.warp.rounds import fit_round
 from touchwarp.warp.solve_bases import basis_rounds
 from touchwarp.warp.solver import IN_METRES

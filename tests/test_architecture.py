@@ -22,11 +22,12 @@ IN_ROOMS = [
 ]
 
 # A room may import from itself and from what stands before it.
-FLOW = ("errors", "outputs", "scene", "goals", "solve", "warp", "check", "cli")
+FLOW = ("errors", "outputs", "scene", "scan", "goals", "solve", "warp", "check", "export", "cli")
 NAMELESS = {"util", "utils", "common", "core", "misc", "helper", "helpers"}
 IMPORT_NAMES = {
     "fast-simplification": "fast_simplification",
     "libigl": "igl",
+    "pypng": "png",
     "python-fcl": "fcl",
 }
 FOR_TRIMESH = {"lxml", "networkx"}  # its 3MF reader imports them, we do not

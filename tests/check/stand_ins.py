@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from tests.exact.sample_bricks import near_sphere, sample_bricks
 from tests.exact.spheres import SphereWarp
 from touchwarp.check.case import Case, open_case
-from touchwarp.goals import goals, outer_box
+from touchwarp.goals import Goal, goals, outer_box
 from touchwarp.scene import Fixed, Interaction, Outer, Prop, Scene, Surface, TransformGoal
 from touchwarp.scene.shapes import box, sphere
 from touchwarp.warp.bricks import Bricks
@@ -86,6 +86,12 @@ def block_scene(
     surface = box(size).transformed(translation(0, 0, size[2] / 2))
     table = Fixed("table", plane=([0, 0, 0], [0, 0, 1]))
     return Scene(props=[Prop("block", surface, goal or TransformGoal())], fixed=[table], **more)
+
+
+def map_scene(goal: Goal, mode: str = "slide") -> Scene:
+    """One prop, the "ball", with a goal given as arrays."""
+    prop = Prop("ball", Surface(goal.prop_points, goal.faces), goal)
+    return Scene(props=[prop], outer=Outer(box=BOX), interaction=Interaction(mode))
 
 
 def case_of(scene: Scene, warp: Warp, samples: int = 20_000) -> Case:

@@ -9,8 +9,21 @@ import pytest
 
 import touchwarp as tw
 from tests.check.stand_ins import Still, ball_bricks, ball_scene, ball_table, ball_warp, translation
-from touchwarp.scene import Fixed, Interaction, Objective, Outer, Prop
-from touchwarp.scene.shapes import sphere
+from touchwarp.check.belonging import require_belonging
+from touchwarp.goals import goals
+from touchwarp.scene import (
+    DirectionGoal,
+    Fixed,
+    Interaction,
+    Objective,
+    Outer,
+    Prop,
+    Scene,
+    TextureGoal,
+    UvMesh,
+)
+from touchwarp.scene.shapes import box, sphere
+from touchwarp.warp.meta import WarpMeta
 from touchwarp.warp.table import TableWarp
 
 
@@ -91,3 +104,42 @@ def test_a_goal_that_is_no_matrix_does_not_belong_to_one_that_is() -> None:
     scene = ball_scene()
     table = TableWarp(ball_bricks(), replace(ball_table(scene).meta, goals={}))
     refused(scene, table, "goal of 'ball' is not the one")
+
+
+def shaped_scene(radius: float = 0.05, tolerance_mm: float = 0.5) -> Scene:
+    """A cube felt as a ball."""
+    goal = DirectionGoal(sphere(radius, 0.3), tolerance_mm=tolerance_mm)
+    return Scene([Prop("cube", box((0.08, 0.08, 0.08)), goal)])
+
+
+def shaped_meta(scene: Scene) -> WarpMeta:
+    return WarpMeta(scene_text=scene.text, mesh_digests=scene.digests, prop_names=("cube",))
+
+
+def test_a_goal_to_another_shape_belongs_to_its_own_warp() -> None:
+    scene = shaped_scene()
+    require_belonging(scene, goals(scene), shaped_meta(shaped_scene()))
+
+
+@pytest.mark.parametrize(
+    ("other", "message"),
+    [
+        (shaped_scene(radius=0.06), "The surface of 'cube, virtual object' is not the one"),
+        (shaped_scene(tolerance_mm=1.0), "The goal of 'cube' is not the one that the warp was"),
+    ],
+)
+def test_another_virtual_object_or_way_to_it(other: Scene, message: str) -> None:
+    with pytest.raises(tw.WarpFileError, match=message):
+        require_belonging(other, goals(other), shaped_meta(shaped_scene()))
+
+
+def test_another_texture() -> None:
+    cube = box((0.08, 0.08, 0.08))
+    atlas = UvMesh(cube.vertices, cube.faces, np.full((8, 2), 0.5))
+    painted = [
+        Scene([Prop("cube", cube, TextureGoal(np.full((2, 2, 3), shift), atlas))])
+        for shift in (0.01, 0.02)
+    ]
+    require_belonging(painted[0], goals(painted[0]), shaped_meta(painted[0]))
+    with pytest.raises(tw.WarpFileError, match="The surface of 'cube, texture' is not the one"):
+        require_belonging(painted[1], goals(painted[1]), shaped_meta(painted[0]))

@@ -11,7 +11,7 @@ DOCUMENT = CHECKOUT / "docs" / "certificate.md"
 CAUSES = ("table", "bias", "noise", "latency", "pose")
 FAMILIES = (
     "contact edges bounds continuity identity estimate field folds gain reach offset normal pinch "
-    "curvature below budget energy surface"
+    "curvature below budget energy surface virtual map"
 )
 NAME = rf"(?:{'|'.join(FAMILIES.split())})\.[a-zA-Z0-9_]+"
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
+import math
 import re
 from html import unescape
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 import touchwarp as tw
 from tests.check.stand_ins import (
@@ -19,8 +23,13 @@ from tests.check.stand_ins import (
     ball_warp,
     block_scene,
     case_of,
+    map_scene,
 )
+from tests.goals.hand_made_maps import cube_map
+from touchwarp.check.case import Case
 from touchwarp.check.page import render
+from touchwarp.check.page.display_mesh import display_mesh
+from touchwarp.check.page.map_view import between_picture, virtual_triangles
 from touchwarp.check.page.palette import Picture, css_gradient, unique_ids
 from touchwarp.check.page.slices import cut, cut_triangles
 from touchwarp.check.page.still import still_picture
@@ -135,12 +144,10 @@ def test_the_view_shows_felt_and_seen_places() -> None:
 def test_large_faces_are_divided_and_many_are_merged() -> None:
     coarse = view_data(case_of(block_scene(), Still()))
     assert 20_000 < coarse["count"] // 3 <= 40_000
-    from touchwarp.check.page import surface_view
-
     case = case_of(ball_scene(), ball_warp())
-    felt, seen, turn = surface_view._display_mesh(case.props[0], 500)
+    felt, seen, face = display_mesh(case.props[0], 500)
     assert 200 < len(felt) // 3 <= 500
-    assert len(felt) == len(seen) == len(turn)
+    assert len(felt) == len(seen) == len(face)
 
 
 def test_the_still_picture_is_an_image() -> None:
@@ -168,3 +175,77 @@ def test_gradients_run_from_one_end_to_the_other() -> None:
     gradient = css_gradient(matplotlib.colormaps["gray"])
     assert gradient.startswith("linear-gradient(to right, #000000")
     assert gradient.endswith("#ffffff)")
+
+
+@pytest.fixture(scope="module")
+def map_case() -> Case:
+    return case_of(map_scene(cube_map()), Still(), samples=150_000)
+
+
+def test_a_map_s_surfaces_carry_one_checkerboard_and_every_quantity(map_case: Case) -> None:
+    data = view_data(map_case)
+    json.dumps(data)
+    assert data["square"] == 7
+    assert [f["key"] for f in data["map_fields"]] == [
+        *("plain", "area", "greatest", "least", "curvature", "mismatch", "turn", "distance")
+    ]
+    fields = {f["key"]: f for f in data["map_fields"]}
+    for field in fields.values():
+        assert len(unpacked(field["values"], "u1")) == data["count"]
+    low, high = np.array(data["low"]), np.array(data["high"])
+    felt = low + unpacked(data["felt"], "<u2").reshape(-1, 3) / 65535 * (high - low)
+    # by rays from the centre area goes as 1 / distance³: most at faces' middles, least at corners
+    distance = np.linalg.norm(felt, axis=1)
+    area = unpacked(fields["area"]["values"], "u1").astype(float)
+    assert np.corrcoef(np.log(distance), area)[0, 1] < -0.95
+    # curvature changes along the edges, which the ball has not, and hardly elsewhere
+    curvature = unpacked(fields["curvature"]["values"], "u1").astype(float)
+    beside = np.sort(np.abs(felt), axis=1)[:, 1] > 39.0
+    away = np.sort(np.abs(felt), axis=1)[:, 1] < 25.0
+    assert curvature[beside].mean() < 60
+    assert curvature[away].mean() == pytest.approx(
+        127 * (1 + 20 / fields["curvature"]["high"]), abs=8
+    )
+
+
+def test_the_virtual_object_itself_stands_behind_its_image(map_case: Case) -> None:
+    own = virtual_triangles(map_case)
+    assert len(own) == 3 * len(cube_map().virtual_surface.faces)
+    assert np.linalg.norm(own, axis=1) == pytest.approx(np.full(len(own), 0.05))
+    assert len(virtual_triangles(case_of(ball_scene(), ball_warp()))) == 0
+
+
+def test_the_shapes_between_are_a_row_of_five(map_case: Case) -> None:
+    picture = imread(io.BytesIO(base64.b64decode(between_picture(map_case).split(",")[1])))
+    height, width, _ = picture.shape
+    assert width == 5 * height
+    filled = [(picture[:, k * height : (k + 1) * height, 3] > 0).mean() for k in range(5)]
+    # a cube of 80 mm shows more of itself than a ball of 100 mm; between them it shrinks
+    assert all(a > b for a, b in pairwise(filled))
+    # a ball's outline is a circle
+    assert filled[-1] / filled[0] == pytest.approx(ball_over_cube(), rel=0.03)
+
+
+def ball_over_cube() -> float:
+    """Areas of the outlines as the picture sees them: a ball's of 50 mm, a cube's of 80 mm."""
+    turn, rise = math.radians(-60.0), math.radians(24.0)
+    eye = [math.cos(turn) * math.cos(rise), math.sin(turn) * math.cos(rise), math.sin(rise)]
+    return math.pi * 50**2 / (80**2 * sum(abs(c) for c in eye))
+
+
+def test_a_page_with_a_map_shows_it() -> None:
+    html = render(tw.check(map_scene(cube_map(edge=6e-3)), Still(), samples=5000))
+    assert "The map from prop to virtual object" in html
+    assert html.count('name="map-field"') == 8
+    assert asked_from_elsewhere(html) == []
+    assert len(html.encode()) < MEGABYTES * 1e6
+    assert html.count("</script>") == 2
+
+
+def test_edges_do_not_fray_where_faces_are_merged(map_case: Case) -> None:
+    felt, _, _ = display_mesh(map_case.props[0], 4000)
+    corners = felt.reshape(-1, 3, 3)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = 0.5 * np.linalg.norm(normals, axis=1)
+    level = np.abs(normals).max(axis=1) > 1.999 * area
+    assert area[~level].sum() < 0.002 * area.sum()

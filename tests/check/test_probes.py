@@ -8,8 +8,8 @@ import pytest
 from tests.check.stand_ins import BOX, Still, ball, ball_scene, ball_warp, block_scene, case_of
 from touchwarp.check.probes import determinants, singular_values
 from touchwarp.check.region import make_body
-from touchwarp.check.surface_samples import sample_surface
 from touchwarp.goals import Goal
+from touchwarp.goals.surface_samples import sample_surface
 from touchwarp.scene import Outer
 from touchwarp.scene.shapes import sphere
 

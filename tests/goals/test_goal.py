@@ -9,6 +9,7 @@ import pytest
 
 from touchwarp.errors import GoalError
 from touchwarp.goals import Goal
+from touchwarp.scene.surface import Surface
 
 POINTS = np.eye(3)
 FACES = np.array([[0, 1, 2]])
@@ -32,3 +33,19 @@ def test_arrays_that_are_no_goal(arrays: tuple[Any, ...], message: str) -> None:
 
 def test_the_displacement_is_g_minus_x() -> None:
     assert (Goal(POINTS, POINTS + 0.5, FACES).displacement == 0.5).all()
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (
+            {"virtual_surface": Surface(np.eye(2), np.array([[0, 1]]))},
+            "virtual surface is 2-D, but its points are 3-D",
+        ),
+        ({"landmarks": np.zeros((4, 3))}, r"landmarks have shape \(4, 3\); finite \(k, 2, 3\)"),
+        ({"landmarks": np.full((1, 2, 3), np.nan)}, r"landmarks have shape \(1, 2, 3\); finite"),
+    ],
+)
+def test_what_belongs_to_no_goal(more: dict[str, Any], message: str) -> None:
+    with pytest.raises(GoalError, match=message):
+        Goal(POINTS, POINTS, FACES, **more)

@@ -10,9 +10,10 @@ import pytest
 
 from touchwarp.errors import GoalError
 from touchwarp.goals import MAKERS, Goal, goals
-from touchwarp.scene import Prop, Scene
+from touchwarp.scene import AreaPreservingGoal, Prop, Scene
 from touchwarp.scene.goal_spec import GOAL_SPECS
-from touchwarp.scene.shapes import box, polygon
+from touchwarp.scene.shapes import box, polygon, sphere
+from touchwarp.scene.surface_reader import SurfaceReader
 from touchwarp.scene.table import Table
 
 CUBE = box((0.1, 0.1, 0.1))
@@ -70,7 +71,7 @@ def test_a_kind_without_maker_is_told() -> None:
         keys: ClassVar[tuple[str, ...]] = ()
 
         @classmethod
-        def read(cls, table: Table, dimension: int) -> Self:
+        def read(cls, table: Table, surfaces: SurfaceReader) -> Self:
             return cls()
 
         def entries(self) -> dict[str, Any]:
@@ -78,3 +79,12 @@ def test_a_kind_without_maker_is_told() -> None:
 
     with pytest.raises(GoalError, match=r"unknown goal kind 'transfrom'. Did you mean 'transform'"):
         made(Wish())
+
+
+def test_a_search_tells_how_far_it_is() -> None:
+    told: list[tuple[str, float]] = []
+    spec = AreaPreservingGoal(sphere(0.06, facet_mm=1.0), tolerance_mm=1.0)
+    scene = Scene([Prop("cube", CUBE, spec)])
+    goals(scene, lambda step, share: told.append((step, share)))
+    assert len({step for step, _ in told}) > 1
+    assert all(0 <= share <= 1 for _, share in told)

@@ -33,7 +33,7 @@ def require_belonging(scene: Scene, goals: Mapping[str, Goal], meta: WarpMeta) -
             "solve the scene."
         )
     _require_same_props(scene.digests, meta.mesh_digests)
-    _require_same_goals(goals, meta)
+    _require_same_goals(scene, goals, meta)
     if meta.scene_text:
         _require_same_surroundings(scene, meta.scene_text)
 
@@ -52,11 +52,11 @@ def _require_same_props(came: Mapping[str, str], needed: Mapping[str, str]) -> N
         )
 
 
-def _require_same_goals(goals: Mapping[str, Goal], meta: WarpMeta) -> None:
+def _require_same_goals(scene: Scene, goals: Mapping[str, Goal], meta: WarpMeta) -> None:
     for name, goal in goals.items():
         made_for = meta.goals.get(name)
         if made_for is None:
-            same = goal.matrix is None
+            same = goal.matrix is None and _same_spec(name, scene, meta.scene_text)
         elif goal.matrix is None:
             same = False
         else:
@@ -66,6 +66,19 @@ def _require_same_goals(goals: Mapping[str, Goal], meta: WarpMeta) -> None:
                 f"The goal of '{name}' is not the one that the warp was made for; solve the scene "
                 "again, or give the scene with that goal."
             )
+
+
+def _same_spec(name: str, scene: Scene, needed: str) -> bool:
+    """Whether a goal that is no matrix is written as it was; its surfaces are compared apart."""
+    if not needed:
+        return True
+    made_for = _goal_tables(needed).get(name)
+    return made_for in (_goal_tables(text).get(name) for text in (scene.text, scene_text(scene)))
+
+
+def _goal_tables(text: str) -> dict[str, Any]:
+    props = _tables(text).get("prop", [])
+    return {str(p.get("name")): p.get("goal") for p in props if isinstance(p, dict)}
 
 
 def _require_same_surroundings(scene: Scene, needed: str) -> None:
@@ -81,13 +94,16 @@ def _require_same_surroundings(scene: Scene, needed: str) -> None:
 
 
 def _surroundings(text: str) -> dict[str, Any]:
+    return {k: v for k, v in _tables(text).items() if k not in _PARTS_THAT_MAY_DIFFER}
+
+
+def _tables(text: str) -> dict[str, Any]:
     try:
-        tables = tomllib.loads(text)
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise WarpFileError(
             f"The warp's scene text is no TOML ({error}); the file is damaged: solve again."
         ) from error
-    return {key: value for key, value in tables.items() if key not in _PARTS_THAT_MAY_DIFFER}
 
 
 def _names(names: Any) -> str:

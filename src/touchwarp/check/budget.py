@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from touchwarp.check.case import Case, Finding, PropCase
 from touchwarp.check.report import Check, measured
-from touchwarp.check.surface_samples import face_normals
+from touchwarp.goals.surface_samples import face_normals
 from touchwarp.scene.interaction import TRACKING_PRESETS, Tracking
 
 Float = NDArray[np.float64]

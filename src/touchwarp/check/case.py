@@ -14,14 +14,15 @@ from touchwarp.check.brick_faces import cell_sides
 from touchwarp.check.probes import Probes, place_probes
 from touchwarp.check.region import Body, Region, make_body
 from touchwarp.check.report import Check
-from touchwarp.check.surface_samples import (
+from touchwarp.goals.goal import Goal
+from touchwarp.goals.measure import MapMeasures, measure_map
+from touchwarp.goals.surface_samples import (
     SharpEdges,
     SurfaceSamples,
     face_areas,
     find_sharp_edges,
     sample_surface,
 )
-from touchwarp.goals.goal import Goal
 from touchwarp.scene.scene import Scene
 from touchwarp.warp.bricks import Bricks
 from touchwarp.warp.meta import WarpMeta
@@ -130,6 +131,15 @@ class Case:
     def contact_errors(self) -> dict[str, Float]:
         """By prop, (n,) m: the contact error at its surface samples."""
         return {p.name: self.contact_error(p.samples.points, p.samples.targets) for p in self.props}
+
+    @cached_property
+    def maps(self) -> dict[str, MapMeasures]:
+        """By prop, what was measured of its goal, for goals that map one shape to another."""
+        if self.dimension != 3:
+            return {}
+        return {
+            p.name: measure_map(p.goal, seed=self.seed) for p in self.props if p.goal.matrix is None
+        }
 
     @cached_property
     def surface_cell(self) -> float:

@@ -21,11 +21,13 @@ from touchwarp.check.estimate import check_estimate
 from touchwarp.check.field import check_field
 from touchwarp.check.folds import check_folds
 from touchwarp.check.gain import check_gain
+from touchwarp.check.goal_map import check_map
 from touchwarp.check.identity import check_identity
 from touchwarp.check.openings import check_openings
 from touchwarp.check.perception import check_perception
 from touchwarp.check.reaches import check_reaches
 from touchwarp.check.report import Check, Report
+from touchwarp.check.virtual_contact import check_virtual_contact
 from touchwarp.goals import goals as make_goals
 from touchwarp.goals import outer_box
 from touchwarp.scene.scene import Scene
@@ -37,6 +39,8 @@ SAMPLES = 1_000_000
 
 FAMILIES: dict[str, Callable[[Case], Finding]] = {
     "contact": check_contact,
+    "virtual": check_virtual_contact,
+    "map": check_map,
     "bounds": check_bounds,
     "continuity": check_continuity,
     "identity": check_identity,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from touchwarp.check.case import PropCase
-from touchwarp.check.surface_samples import face_areas, face_normals, find_sharp_edges
+from touchwarp.goals.surface_samples import face_areas, face_normals, find_sharp_edges
 
 Float = NDArray[np.float64]
 

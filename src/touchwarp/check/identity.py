@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from touchwarp.check.case import Case, Finding
 from touchwarp.check.report import Check, measured, place
-from touchwarp.check.surface_samples import sample_surface
 from touchwarp.goals.goal import Goal
+from touchwarp.goals.surface_samples import sample_surface
 from touchwarp.scene.scene import Fixed
 from touchwarp.scene.surface import Surface
 

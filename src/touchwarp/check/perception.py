@@ -9,7 +9,6 @@ from touchwarp.check.case import Case, Finding, PropCase
 from touchwarp.check.curvature import edge_angles, patch_curvatures
 from touchwarp.check.pinch import find_pinches
 from touchwarp.check.report import Check, place
-from touchwarp.check.surface_samples import face_normals
 from touchwarp.check.thresholds import (
     EDGE_ANGLE,
     FINGERTIP_OFFSET,
@@ -20,6 +19,7 @@ from touchwarp.check.thresholds import (
     judge,
     unjudged,
 )
+from touchwarp.goals.surface_samples import face_normals
 
 Float = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.check.case import PropCase
-from touchwarp.check.surface_samples import face_normals
+from touchwarp.goals.surface_samples import face_normals
 
 Float = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.check.region import Region
-from touchwarp.check.surface_samples import SurfaceSamples
+from touchwarp.goals.surface_samples import SurfaceSamples
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]

@@ -10,14 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import igl
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from touchwarp.check.shares import share_out
-from touchwarp.check.surface_samples import SurfaceSamples
 from touchwarp.check.winding import Windings
+from touchwarp.goals.surface_samples import SurfaceSamples
+from touchwarp.goals.surface_tree import SurfaceTree
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
@@ -48,10 +48,8 @@ class Body:
     _windings: Windings | None = field(default=None, repr=False)
 
     @cached_property
-    def _tree(self) -> igl.AABB:
-        tree = igl.AABB()
-        tree.init(self.vertices, self.faces)
-        return tree
+    def _tree(self) -> SurfaceTree:
+        return SurfaceTree(self.vertices, self.faces)
 
     def inside(self, points: Float) -> Bool:
         """(n,) whether (n, d) points are inside; nowhere where the surface is open."""
@@ -75,18 +73,11 @@ class Body:
                 ),
             )
             return found
-        squared, face, nearest = self._tree.squared_distance(self.vertices, self.faces, points)
-        return np.sqrt(squared), nearest, face
+        return self._tree.nearest(points)
 
     def first_hit(self, starts: Float, directions: Float) -> Float:
         """(n,) m along unit directions (n, 3) to where rays first meet the surface; else inf."""
-        _, distance, _ = self._tree.intersect_ray_first(
-            self.vertices,
-            self.faces,
-            np.ascontiguousarray(starts),
-            np.ascontiguousarray(directions),
-        )
-        return np.nan_to_num(np.asarray(distance, dtype=np.float64), nan=np.inf)
+        return self._tree.first_hit(starts, directions)[0]
 
 
 def make_body(name: str, vertices: Float, faces: Int, samples: SurfaceSamples | None) -> Body:

@@ -41,6 +41,12 @@ def headline(report: Report) -> str:
 def sentences(report: Report) -> list[str]:
     """What was found, in plain words: contact first, then what a person would notice."""
     said = [_contact(report)]
+    beside = [c.value or 0.0 for c in report.checks if c.name == "virtual.p99"]
+    if beside:
+        said.append(
+            "Measured to the virtual object's own surface, contact is displayed within "
+            f"{join_unit(number_text(max(beside)), 'mm')} at the 99th percentile."
+        )
     said += [f"Fails: {_about(c)}." for c in report.with_status("fail")]
     said += [f"Warns: {_about(c)}." for c in report.with_status("warn")]
     felt = _first(report, "budget.gap")

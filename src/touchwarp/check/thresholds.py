@@ -102,6 +102,9 @@ PINCH_CURVATURE = Threshold(
 EDGE_ANGLE = Threshold(
     "angle of an edge", 11.0, "%", "JND", "touch only, nothing seen", "Skinner et al. 2013"
 )
+SCALE_UP = Threshold(
+    "scale-up", 1.8, "×", "detection", "shape display", "Abtahi & Follmer, CHI 2018"
+)
 
 THRESHOLDS = (
     FINGERTIP_OFFSET,
@@ -134,7 +137,7 @@ THRESHOLDS = (
     Threshold(
         "slope shown flat", 40.0, "deg", "detection", "shape display", "Abtahi & Follmer, CHI 2018"
     ),
-    Threshold("scale-up", 1.8, "×", "detection", "shape display", "Abtahi & Follmer, CHI 2018"),
+    SCALE_UP,
     Threshold(
         "offset of a hand-held stick",
         150.0,

@@ -21,9 +21,13 @@ import click
 
 from touchwarp import __version__
 from touchwarp.cli import terminal
+from touchwarp.cli.align import align_command
 from touchwarp.cli.check import check_command
 from touchwarp.cli.demo import demo_command
+from touchwarp.cli.goal import goal_command
 from touchwarp.cli.info import info_command
+from touchwarp.cli.new import new_command
+from touchwarp.cli.repair import repair_command
 from touchwarp.cli.sample import sample_command
 from touchwarp.cli.solve import solve_command
 from touchwarp.cli.table import table_command
@@ -52,10 +56,14 @@ def touchwarp(verbose: bool) -> None:
 
 
 for command in (
+    new_command,
+    repair_command,
+    align_command,
     solve_command,
     check_command,
     sample_command,
     table_command,
+    goal_command,
     info_command,
     demo_command,
 ):

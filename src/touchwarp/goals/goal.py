@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.errors import GoalError
+from touchwarp.scene.surface import Surface
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +23,10 @@ class Goal:
         kind: the goal's name in the scene file, such as "transform".
         report: what the maker of the goal measured, by name; empty for a transform.
         matrix: (d+1, d+1) scene to scene where g is affine, else None.
+        virtual_surface: the virtual object's own surface where it has one, which the images of
+            the prop's points should lie on and cover; None where the image is all there is.
+        landmarks: (k, 2, d) m, scene frame: points of the prop, each with the point of the virtual
+            surface that it should go to; None where there are none.
     """
 
     prop_points: NDArray[np.float64]
@@ -30,6 +35,8 @@ class Goal:
     kind: str = "arrays"
     report: dict[str, Any] = field(default_factory=dict)
     matrix: NDArray[np.float64] | None = None
+    virtual_surface: Surface | None = None
+    landmarks: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         prop_points = np.ascontiguousarray(self.prop_points, dtype=np.float64)
@@ -56,6 +63,21 @@ class Goal:
                 f"A goal's faces refer to points {faces.min()} to {faces.max()}, but there are "
                 f"{len(prop_points)} points."
             )
+        dimension = prop_points.shape[1]
+        if self.virtual_surface is not None and self.virtual_surface.dimension != dimension:
+            raise GoalError(
+                f"A goal's virtual surface is {self.virtual_surface.dimension}-D, but its points "
+                f"are {dimension}-D; both must be of the scene's dimension."
+            )
+        if self.landmarks is not None:
+            pairs = np.ascontiguousarray(self.landmarks, dtype=np.float64)
+            if pairs.ndim != 3 or pairs.shape[1:] != (2, dimension) or not np.isfinite(pairs).all():
+                raise GoalError(
+                    f"A goal's landmarks have shape {pairs.shape}; finite (k, 2, {dimension}) is "
+                    "needed: a point of the prop and one of the virtual surface in each row."
+                )
+            pairs.setflags(write=False)
+            object.__setattr__(self, "landmarks", pairs)
         for name, value in (
             ("prop_points", prop_points),
             ("virtual_points", virtual_points),
@@ -63,6 +85,16 @@ class Goal:
         ):
             value.setflags(write=False)
             object.__setattr__(self, name, value)
+
+    @property
+    def image(self) -> Surface:
+        """The prop's faces where g shows them: m, scene frame."""
+        return Surface(self.virtual_points, self.faces)
+
+    @property
+    def shown(self) -> Surface:
+        """What is seen, m, scene frame: the virtual object itself, or else the prop's image."""
+        return self.virtual_surface or self.image
 
     @property
     def displacement(self) -> NDArray[np.float64]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -10,39 +11,75 @@ from numpy.typing import NDArray
 
 from touchwarp.errors import GoalError
 from touchwarp.goals.goal import Goal
-from touchwarp.goals.transform import transform_goal
 from touchwarp.scene.goal_spec import GoalSpec, ReadyGoal
 from touchwarp.scene.nearest import suggest
 from touchwarp.scene.scene import Prop, Scene
 from touchwarp.scene.surface import Surface
 from touchwarp.scene.table import within
 
+Progress = Callable[[str, float], None]
+Maker = Callable[[Prop, Any, Progress | None], Goal]
+
+
+def _quick(module: str, name: str) -> Maker:
+    """The maker of that name in a module of this room, whose libraries are loaded at first use."""
+
+    def make(prop: Prop, spec: Any, progress: Progress | None) -> Goal:
+        goal: Goal = getattr(import_module(f"touchwarp.goals.{module}"), name)(prop, spec)
+        return goal
+
+    return make
+
+
+def _long(module: str, name: str) -> Maker:
+    """The same for a maker that tells how far it is."""
+
+    def make(prop: Prop, spec: Any, progress: Progress | None) -> Goal:
+        maker = getattr(import_module(f"touchwarp.goals.{module}"), name)
+        goal: Goal = maker(prop, spec, progress)
+        return goal
+
+    return make
+
+
 # One entry per kind of `touchwarp.scene.goal_spec.GOAL_SPECS`: the function that turns a prop and
 # its spec into a Goal.
-MAKERS: dict[str, Callable[[Prop, Any], Goal]] = {"transform": transform_goal}
+MAKERS: dict[str, Maker] = {
+    "transform": _quick("transform", "transform_goal"),
+    "plane_projection": _quick("plane_projection", "plane_projection_goal"),
+    "direction": _quick("direction", "direction_goal"),
+    "area_preserving": _long("maps.make", "area_preserving_goal"),
+    "match": _long("maps.make", "match_goal"),
+    "texture": _quick("texture", "texture_goal"),
+    "vertices": _quick("vertices", "vertices_goal"),
+}
 
 # A ready goal's points may be a remeshing of the prop, but must span the same box.
 BOUNDS_TOLERANCE = 1e-3
 
 
-def goals(scene: Scene) -> dict[str, Goal]:
+def goals(scene: Scene, progress: Progress | None = None) -> dict[str, Goal]:
     """The retargeting goal g of every prop (eq. 1), by the prop's name.
+
+    Args:
+        scene: props with what their goals shall be.
+        progress: called with the step at hand and the part of it that is done, 0 to 1.
 
     Raises:
         GoalError: a goal cannot be made, or a ready goal does not lie on its prop. The message
             begins with the prop's name.
     """
-    return {prop.name: _goal(prop) for prop in scene.props}
+    return {prop.name: _goal(prop, progress) for prop in scene.props}
 
 
-def _goal(prop: Prop) -> Goal:
+def _goal(prop: Prop, progress: Progress | None) -> Goal:
     with within(f"prop '{prop.name}'"):
         if isinstance(prop.goal, GoalSpec):
             if prop.goal.kind not in MAKERS:
                 raise GoalError(
                     f"unknown goal kind '{prop.goal.kind}'. {suggest(prop.goal.kind, MAKERS)}"
                 )
-            return MAKERS[prop.goal.kind](prop, prop.goal)
+            return MAKERS[prop.goal.kind](prop, prop.goal, progress)
         return _ready(prop, prop.goal)
 
 

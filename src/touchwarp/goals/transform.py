@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from touchwarp.goals.goal import Goal
-from touchwarp.scene.goal_spec import TransformGoal
 from touchwarp.scene.scene import Prop
+from touchwarp.scene.transform_goal import TransformGoal
 
 
 def transform_goal(prop: Prop, spec: TransformGoal) -> Goal:

@@ -32,7 +32,7 @@ def outer_box(scene: Scene, goals: Mapping[str, Goal]) -> NDArray[np.float64]:
     assert outer.box_scale is not None
     boxes = np.concatenate(
         [prop.surface.bounds for prop in scene.props]
-        + [_virtual(goal).bounds for goal in goals.values()]
+        + [surface.bounds for goal in goals.values() for surface in _virtual(goal)]
     )
     low, high = boxes.min(axis=0), boxes.max(axis=0)
     half = outer.box_scale * (high - low).max() / 2
@@ -51,8 +51,9 @@ def validate(scene: Scene, goals: Mapping[str, Goal]) -> None:
     box = outer_box(scene, goals)
     for prop in scene.props:
         _check_inside(prop.surface, f"prop '{prop.name}'", scene.outer, box, TOUCH)
-        virtual = _virtual(goals[prop.name])
-        _check_inside(virtual, f"the virtual object of prop '{prop.name}'", scene.outer, box, 0.0)
+        what = f"the virtual object of prop '{prop.name}'"
+        for virtual in _virtual(goals[prop.name]):
+            _check_inside(virtual, what, scene.outer, box, 0.0)
     for fixed in scene.fixed:
         if fixed.plane is not None:
             for prop in scene.props:
@@ -65,8 +66,9 @@ def validate(scene: Scene, goals: Mapping[str, Goal]) -> None:
         )
 
 
-def _virtual(goal: Goal) -> Surface:
-    return Surface(goal.virtual_points, goal.faces)
+def _virtual(goal: Goal) -> list[Surface]:
+    """What must lie inside the outer boundary: the prop's image, and the virtual object itself."""
+    return [goal.image] if goal.virtual_surface is None else [goal.image, goal.virtual_surface]
 
 
 def _check_inside(

@@ -121,12 +121,15 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
         ("outer boundary", _outer_text(scene.outer)),
     ]
     for prop in scene.props:
-        kind = prop.goal.kind if isinstance(prop.goal, GoalSpec) else "arrays"
+        goal = prop.goal.kind if isinstance(prop.goal, GoalSpec) else "arrays"
+        virtual = getattr(prop.goal, "virtual", None)
+        if isinstance(virtual, Surface):
+            goal += f" to {_surface_text(virtual)}"
         source = prop.origin.get("mesh") or prop.origin.get("shape", {}).get("kind") or "arrays"
         rows.append(
             (
                 f"prop {prop.name}",
-                f"{_surface_text(prop.surface)}, from {source}, goal {kind}",
+                f"{_surface_text(prop.surface)}, from {source}, goal {goal}",
             )
         )
     rows += [(f"fixed {fixed.name}", _fixed_text(fixed)) for fixed in scene.fixed]

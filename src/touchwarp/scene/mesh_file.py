@@ -68,7 +68,7 @@ def read_mesh(path: str | Path, unit: str | float | None = None, up: str | None 
     raw = read_raw_mesh(path)
     with within(path.name):
         if unit is None and raw.metres is None:
-            raise SceneError(_unit_question(path, raw))
+            raise SceneError(unit_question(path, Surface(raw.vertices, raw.faces)))
         metres = raw.metres if unit is None else metres_per_unit(unit)
         rotation = up_rotation(raw.up if up is None else up)
         vertices, faces = weld(raw.vertices, raw.faces)
@@ -84,9 +84,8 @@ def read_mesh(path: str | Path, unit: str | float | None = None, up: str | None 
 def read_raw_mesh(path: str | Path) -> RawMesh:
     """Read a mesh file without welding, unit or axes; raises SceneError as `read_mesh` does."""
     path = Path(path)
-    _check_file(path)
-    extension = path.suffix.lower().lstrip(".")
-    loaded = _load(path, extension)
+    extension = check_mesh_file(path)
+    loaded = load_mesh_file(path, extension)
     parts = _parts(loaded)
     if not parts:
         raise SceneError(
@@ -108,7 +107,8 @@ def read_raw_mesh(path: str | Path) -> RawMesh:
     return RawMesh(vertices, faces, metres, "y" if extension in ("glb", "gltf") else "z")
 
 
-def _check_file(path: Path) -> None:
+def check_mesh_file(path: Path) -> str:
+    """The file's ending in lower case; raises SceneError unless it is a mesh file's."""
     if path.is_dir():
         raise SceneError(f"{path} is a folder; a mesh file is needed.")
     if not path.exists():
@@ -130,13 +130,15 @@ def _check_file(path: Path) -> None:
         raise SceneError(f"mesh file {path} cannot be read: {error.strerror or error}.") from error
     if empty:
         raise SceneError(f"{path.name} is empty; export the mesh again.")
+    return extension
 
 
-def _load(path: Path, extension: str) -> Any:
+def load_mesh_file(path: Path, extension: str, with_uv: bool = False) -> Any:
+    """The file as a trimesh scene, nothing merged or reordered; raises SceneError."""
     import trimesh
 
     # process=False: no merging by tolerance and no reordering; welding here is exact.
-    options: dict[str, Any] = {"process": False, "skip_materials": True}
+    options: dict[str, Any] = {"process": False, "skip_materials": not with_uv}
     try:
         if extension == "obj":
             text = path.read_bytes()
@@ -189,8 +191,9 @@ def _metres_3mf(path: Path, loaded: Any) -> float:
     return _METRES_3MF[word]
 
 
-def _unit_question(path: Path, raw: RawMesh) -> str:
-    extent = np.ptp(Surface(raw.vertices, raw.faces).bounds, axis=0)
+def unit_question(path: Path, surface: Surface) -> str:
+    """What to tell about a file without unit; its surface is in the file's."""
+    extent = np.ptp(surface.bounds, axis=0)
 
     def size(unit: str) -> str:
         return " × ".join(f"{e * METRES[unit] * 1e3:.4g}" for e in extent) + " mm"

@@ -4,25 +4,20 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from touchwarp.errors import SceneError
-from touchwarp.scene.goal_spec import GoalSpec, TransformGoal, read_goal
+from touchwarp.scene.goal_spec import GoalSpec, read_goal
 from touchwarp.scene.interaction import MODES, TRACKING_PRESETS, Interaction, Tracking
-from touchwarp.scene.mesh_file import read_mesh
 from touchwarp.scene.objective import Objective
-from touchwarp.scene.pose import pose_matrix
 from touchwarp.scene.scene import CONTACTS, Fixed, Outer, Prop, Scene
-from touchwarp.scene.shapes import SHAPES, make_shape, polygon, shape_keys
-from touchwarp.scene.surface import Surface
+from touchwarp.scene.surface_reader import SURFACE_KEYS, SurfaceReader, origin_of
 from touchwarp.scene.table import Table, spell, within
-from touchwarp.scene.units import METRES, UP_AXES
+from touchwarp.scene.transform_goal import TransformGoal
 
-_SURFACE_KEYS = ("mesh", "unit", "up", "shape", "polygon", "pose")
 _OBJECTIVE_KEYS = ("mismatch_weight", "length_scale", "tolerance_mm", "edge_radius_mm")
 _TRACKING_KEYS = ("bias_mm", "noise_mm", "latency_ms", "pose_mm", "pose_deg")
 
@@ -65,7 +60,7 @@ def parse_scene(text: str, directory: str | Path = ".") -> Scene:
     objective = top.table("objective", _OBJECTIVE_KEYS)
     scene = Scene(
         objective=Objective(**{key: objective.number(key) for key in objective.entries}),
-        outer=reader.outer(top.table("outer", ("box_scale", "box", *_SURFACE_KEYS))),
+        outer=reader.outer(top.table("outer", ("box_scale", "box", *SURFACE_KEYS))),
         props=[reader.prop(entries, where) for where, entries in top.tables("prop")],
         fixed=[reader.fixed(entries, where) for where, entries in top.tables("fixed")],
         interaction=_interaction(top.table("interaction", ("mode", "tracking"))),
@@ -81,17 +76,17 @@ class _Reader:
 
     def __init__(self, dimension: int, directory: Path) -> None:
         self.dimension = dimension
-        self.directory = directory
+        self.surfaces = SurfaceReader(dimension, directory)
 
     def prop(self, entries: Any, where: str) -> Prop:
-        table = Table(entries, where, ("name", *_SURFACE_KEYS, "goal"))
+        table = Table(entries, where, ("name", *SURFACE_KEYS, "goal"))
         name = table.text("name")
-        surface = self.surface(table)
+        surface = self.surfaces.surface(table)
         goal: GoalSpec = TransformGoal()
         if "goal" in table:
             with within(where):
-                goal = read_goal(table.raw("goal"), "goal", self.dimension)
-        return Prop(name, surface, goal, _origin(table))
+                goal = read_goal(table.raw("goal"), "goal", self.surfaces)
+        return Prop(name, surface, goal, origin_of(table))
 
     def outer(self, table: Table) -> Outer:
         box = surface = None
@@ -99,94 +94,27 @@ class _Reader:
             corners = table.table("box", ("min", "max"))
             d = self.dimension
             box = np.array([corners.vector("min", d), corners.vector("max", d)])
-        if any(key in table for key in _SURFACE_KEYS):
-            surface = self.surface(table)
-        return Outer(table.number("box_scale", None), box, surface, _origin(table))
+        if any(key in table for key in SURFACE_KEYS):
+            surface = self.surfaces.surface(table)
+        return Outer(table.number("box_scale", None), box, surface, origin_of(table))
 
     def fixed(self, entries: Any, where: str) -> Fixed:
-        table = Table(entries, where, ("name", "plane", *_SURFACE_KEYS, "contact", "blend_mm"))
+        table = Table(entries, where, ("name", "plane", *SURFACE_KEYS, "contact", "blend_mm"))
         plane = surface = None
         if "plane" in table:
             parts = table.table("plane", ("point", "normal"))
             d = self.dimension
             plane = (parts.vector("point", d), parts.vector("normal", d))
-        if any(key in table for key in _SURFACE_KEYS):
-            surface = self.surface(table)
+        if any(key in table for key in SURFACE_KEYS):
+            surface = self.surfaces.surface(table)
         return Fixed(
             table.text("name"),
             plane,
             surface,
             table.choice("contact", CONTACTS, None),
             table.number("blend_mm", 10.0),
-            _origin(table),
+            origin_of(table),
         )
-
-    def surface(self, table: Table) -> Surface:
-        """The surface that a table's keys mesh, shape or polygon describe, posed."""
-        sources: dict[str, Callable[[Table], Surface]] = {
-            "mesh": self._mesh,
-            "shape": self._shape,
-            "polygon": self._polygon,
-        }
-        given = [key for key in sources if key in table]
-        usual = "polygon" if self.dimension == 2 else "mesh or shape"
-        if len(given) != 1:
-            raise SceneError(
-                f"{table.where} has {' and '.join(given) or 'no surface'}; exactly one of "
-                f"{', '.join(sources)} is needed (in {self.dimension}-D: {usual})."
-            )
-        if (given[0] == "polygon") != (self.dimension == 2):
-            raise SceneError(
-                f"{table.path(given[0])} does not fit a {self.dimension}-D scene; {usual} is "
-                "needed there."
-            )
-        for key in ("unit", "up"):
-            if key in table and given[0] != "mesh":
-                raise SceneError(
-                    f"{table.path(key)} goes with mesh only; a {given[0]} is in metres, z up."
-                )
-        surface = sources[given[0]](table)
-        pose = table.table("pose", ("position", "rotation_deg"))
-        if not pose.entries:
-            return surface
-        d = self.dimension
-        position = pose.vector("position", d, (0.0,) * d)
-        rotation = pose.rotation("rotation_deg", d, 0.0 if d == 2 else (0.0, 0.0, 0.0))
-        return surface.transformed(pose_matrix(position, rotation))
-
-    def _mesh(self, table: Table) -> Surface:
-        if isinstance(table.raw("mesh"), dict):
-            given = table.table("mesh", ("digest", "vertices", "faces"))
-            raise SceneError(
-                f"{table.path('mesh')} was given as arrays (SHA-256 {given.text('digest')}), which "
-                "no scene file holds; build the scene in code, or name a mesh file."
-            )
-        unit = table.raw("unit", None)
-        if isinstance(unit, str):
-            unit = table.choice("unit", METRES)
-        elif unit is not None:
-            unit = table.number("unit")
-        up = table.choice("up", UP_AXES, None)
-        with within(table.where):
-            return read_mesh(self.directory / table.text("mesh"), unit, up)
-
-    def _shape(self, table: Table) -> Surface:
-        raw = table.raw("shape")
-        where = table.path("shape")
-        kind = Table(raw, where, raw if isinstance(raw, dict) else ()).choice("kind", SHAPES)
-        shape = Table(raw, where, ("kind", *shape_keys(kind)))
-        values = {
-            key: shape.vector(key, 3) if key == "size" else shape.number(key)
-            for key in shape.entries
-            if key != "kind"
-        }
-        with within(where):
-            return make_shape(kind, values)
-
-    def _polygon(self, table: Table) -> Surface:
-        corners = table.rows("polygon", 2)
-        with within(table.path("polygon")):
-            return polygon(corners)
 
 
 def _line_of(text: str, message: str) -> str:
@@ -207,7 +135,3 @@ def _interaction(table: Table) -> Interaction:
         else:
             tracking = table.choice("tracking", TRACKING_PRESETS)
     return Interaction(table.choice("mode", MODES, "slide"), tracking)
-
-
-def _origin(table: Table) -> dict[str, Any]:
-    return {key: table.entries[key] for key in _SURFACE_KEYS if key in table}

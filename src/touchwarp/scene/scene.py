@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,12 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.errors import SceneError
-from touchwarp.scene.goal_spec import GoalSpec, ReadyGoal, TransformGoal
+from touchwarp.scene.goal_spec import GoalSpec, ReadyGoal
 from touchwarp.scene.interaction import Interaction
 from touchwarp.scene.nearest import suggest
 from touchwarp.scene.objective import Objective
-from touchwarp.scene.surface import Surface
+from touchwarp.scene.surface import Surface, surface_digest
+from touchwarp.scene.texture_goal import TextureGoal
 from touchwarp.scene.topology import open_edge_count
+from touchwarp.scene.transform_goal import TransformGoal
 
 CONTACTS = ("slide", "hold")
 DEFAULT_BOX_SCALE = 4.0
@@ -257,8 +258,15 @@ class Scene:
 
     @property
     def digests(self) -> dict[str, str]:
-        """SHA-256 of every prop's posed surface, by name."""
-        return {prop.name: prop.digest for prop in self.props}
+        """SHA-256 of every prop's posed surface, by name, and of virtual objects of their own."""
+        digests = {prop.name: prop.digest for prop in self.props}
+        for prop in self.props:
+            virtual = getattr(prop.goal, "virtual", None)
+            if isinstance(virtual, Surface):
+                digests[f"{prop.name}, virtual object"] = surface_digest(virtual)
+            elif isinstance(prop.goal, TextureGoal):
+                digests[f"{prop.name}, texture"] = prop.goal.digest
+        return digests
 
     @property
     def slide_plane(self) -> Fixed | None:
@@ -274,6 +282,10 @@ class Scene:
             f"no prop is named '{name}'. {suggest(name, [p.name for p in self.props])}"
         )
 
+    def only(self, name: str) -> Scene:
+        """The same scene with no prop but the one of that name."""
+        return dataclasses.replace(self, props=[self.prop(name)])
+
     def with_objective(self, **changes: float) -> Scene:
         """The same scene with some of the objective's values changed."""
         return dataclasses.replace(self, objective=dataclasses.replace(self.objective, **changes))
@@ -284,16 +296,6 @@ class Scene:
             self.prop(name)
         props = [dataclasses.replace(p, goal=goals.get(p.name, p.goal)) for p in self.props]
         return dataclasses.replace(self, props=props)
-
-
-def surface_digest(surface: Surface) -> str:
-    """SHA-256 of faces and vertices; vertices are rounded to 0.1 µm.
-
-    Without rounding, the last bit of a posed vertex would differ from one machine to the next.
-    """
-    digest = hashlib.sha256(np.rint(surface.vertices * 1e7).astype("<i8").tobytes())
-    digest.update(surface.faces.astype("<i8").tobytes())
-    return digest.hexdigest()
 
 
 def _check_name(name: object, what: str) -> None:

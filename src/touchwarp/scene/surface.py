@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -79,3 +80,13 @@ class Surface:
         """The surface mapped by an affine (d+1, d+1) matrix."""
         d = self.dimension
         return Surface(self.vertices @ T_new_old[:d, :d].T + T_new_old[:d, d], self.faces)
+
+
+def surface_digest(surface: Surface) -> str:
+    """SHA-256 of faces and vertices; vertices are rounded to 0.1 µm.
+
+    Without rounding, the last bit of a posed vertex would differ from one machine to the next.
+    """
+    digest = hashlib.sha256(np.rint(surface.vertices * 1e7).astype("<i8").tobytes())
+    digest.update(surface.faces.astype("<i8").tobytes())
+    return digest.hexdigest()

@@ -9,8 +9,8 @@ import numpy as np
 
 from touchwarp.scene.goal_spec import GoalSpec
 from touchwarp.scene.interaction import TRACKING_PRESETS, Tracking
-from touchwarp.scene.scene import Outer, Scene, surface_digest
-from touchwarp.scene.surface import Surface
+from touchwarp.scene.scene import Outer, Scene
+from touchwarp.scene.surface import Surface, surface_digest
 
 
 def scene_text(scene: Scene) -> str:
@@ -23,10 +23,10 @@ def scene_text(scene: Scene) -> str:
     objective = scene.objective
     lines += [
         "[objective]",
-        f"mismatch_weight = {_value(objective.mismatch_weight)}",
-        f"length_scale = {_value(objective.length_scale)}",
-        f"tolerance_mm = {_value(objective.tolerance_mm)}",
-        f"edge_radius_mm = {_value(objective.edge_radius_mm)}",
+        f"mismatch_weight = {toml_value(objective.mismatch_weight)}",
+        f"length_scale = {toml_value(objective.length_scale)}",
+        f"tolerance_mm = {toml_value(objective.tolerance_mm)}",
+        f"edge_radius_mm = {toml_value(objective.edge_radius_mm)}",
         "",
         "[outer]",
         *_keys(_outer(scene.outer)),
@@ -84,10 +84,11 @@ def _origin(item: Any) -> dict[str, Any]:
 
 
 def _keys(entries: Mapping[str, Any]) -> list[str]:
-    return [f"{key} = {_value(value)}" for key, value in entries.items()]
+    return [f"{key} = {toml_value(value)}" for key, value in entries.items()]
 
 
-def _value(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """A value as TOML spells it."""
     if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -98,7 +99,7 @@ def _value(value: Any) -> str:
         return repr(float(value))
     if isinstance(value, Mapping):
         return "{ " + ", ".join(_keys(value)) + " }"
-    return "[" + ", ".join(_value(entry) for entry in value) + "]"
+    return "[" + ", ".join(toml_value(entry) for entry in value) + "]"
 
 
 def _escape(character: str) -> str:

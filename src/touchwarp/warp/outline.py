@@ -17,7 +17,7 @@ def outline_of(goal: Goal) -> Outline:
     """The prop and the virtual object of a goal, with the same, few faces."""
     points, faces = goal.prop_points, goal.faces
     if len(faces) > MOST_FACES:
-        chosen, faces = _thin(points, faces)
+        chosen, faces = _thin(_between(goal), faces)
         return Outline(Surface(points[chosen], faces), Surface(goal.virtual_points[chosen], faces))
     return Outline(Surface(points, faces), Surface(goal.virtual_points, faces))
 
@@ -28,6 +28,18 @@ def thinned(surface: Surface) -> Surface:
         return surface
     chosen, faces = _thin(surface.vertices, surface.faces)
     return Surface(surface.vertices[chosen], faces)
+
+
+def _between(goal: Goal) -> NDArray[np.float64]:
+    """(n, d) m: a shape that is curved where the prop is, or where the virtual object is.
+
+    Halfway between the two, once the affine part of g is undone.
+    """
+    prop, virtual = goal.prop_points, goal.virtual_points
+    if goal.matrix is not None:
+        return prop
+    undone = np.c_[virtual, np.ones(len(virtual))]
+    return np.asarray(prop + undone @ np.linalg.lstsq(undone, prop, rcond=None)[0]) / 2
 
 
 def _thin(

@@ -94,7 +94,7 @@ class WarpSolver:
         self._memory_limit = memory_limit_gb * 1e9
         self._tell: Progress = progress or (lambda text, share: None)
         self._tell("reading the goals", 0.0)
-        self.goals = goals(scene)
+        self.goals = goals(scene, self._tell)
         validate(scene, self.goals)
         _check_gaps(scene)
         self.problem: Problem = make_problem(scene, self.goals)

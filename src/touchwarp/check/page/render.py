@@ -12,6 +12,7 @@ from jinja2 import Environment, StrictUndefined
 
 from touchwarp.check.case import Case
 from touchwarp.check.page import charts, slice_figures
+from touchwarp.check.page.map_view import between_picture, square_side
 from touchwarp.check.page.palette import error_norm, unique_ids
 from touchwarp.check.page.slices import cut
 from touchwarp.check.page.still import still_picture
@@ -28,10 +29,12 @@ MOST_PROPS_CUT = 3
 
 _TILES = (
     ("contact.p99", "contact error, 99th percentile"),
+    ("virtual.p99", "distance to the virtual surface, 99th percentile"),
     ("budget.gap", "gap a person meets, 95th percentile"),
     ("offset.contact", "greatest offset in contact"),
     ("reach.gain_low", "gain of whole reaches, 5th percentile"),
     ("reach.gain_high", "gain of whole reaches, 95th percentile"),
+    ("map.curvature", "change of curvature by the goal, mean"),
     ("folds.reach", "how far folds reach from the prop"),
 )
 
@@ -76,6 +79,11 @@ def render(report: Report) -> str:
         cuts=[numbered.all(block) for block in _cuts(case)],
         surface=None if surface is None else _for_script(surface),
         fields=[] if surface is None else surface["fields"],
+        maps=bool(case.maps),
+        map_fields=[] if surface is None else surface["map_fields"],
+        bare=surface is not None and bool(surface["virtual"]),
+        between=between_picture(case) if case.maps else "",
+        square=join_unit(number_text(1e3 * square_side(case)), "mm"),
         still=still_picture(case) if solid else "",
         still_low=join_unit(number_text(float(norm.vmin or 0.0)), "mm"),
         still_high=join_unit(number_text(float(norm.vmax or 0.0)), "mm"),

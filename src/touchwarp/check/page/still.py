@@ -28,14 +28,36 @@ def still_picture(case: Case) -> str:
     normals = np.concatenate([p.body.outward * p.samples.normals for p in case.props])
     error = 1e3 * np.concatenate([case.contact_errors[p.name] for p in case.props])
     colours = ERROR(error_norm(1e3 * case.tolerance)(error))[:, :3]
-    views = [_view(points, normals, colours, np.radians(turn)) for turn in (-60.0, 120.0)]
+    views = [view(points, normals, colours, np.radians(turn)) for turn in (-60.0, 120.0)]
+    return as_address(np.concatenate(views, axis=1))
+
+
+def as_address(picture: NDArray[np.uint8]) -> str:
+    """A picture (h, w, 4) as the address of a PNG that holds its own data."""
     file = io.BytesIO()
-    imsave(file, np.concatenate(views, axis=1), format="png")
+    imsave(file, picture, format="png")
     return "data:image/png;base64," + base64.b64encode(file.getvalue()).decode("ascii")
 
 
-def _view(points: Float, normals: Float, colours: Float, turn: float) -> NDArray[np.uint8]:
-    """(h, w, 4) seen from the direction `turn` about z, a little from above."""
+def view(
+    points: Float,
+    normals: Float,
+    colours: Float,
+    turn: float,
+    *,
+    height: int = HEIGHT,
+    around: Float | None = None,
+) -> NDArray[np.uint8]:
+    """(height, height, 4) dots seen from the direction `turn` about z, a little from above.
+
+    Args:
+        points: (n, 3) m.
+        normals: (n, 3) outward; what faces away is left out.
+        colours: (n, 3), 0 to 1.
+        turn: rad.
+        height: in pixels.
+        around: (k, 3) m, points that the picture is fitted around; the dots where None.
+    """
     rise = np.radians(24.0)
     eye = np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])
     right = np.array([-np.sin(turn), np.cos(turn), 0.0])
@@ -43,19 +65,22 @@ def _view(points: Float, normals: Float, colours: Float, turn: float) -> NDArray
     facing = normals @ eye > 0.0
     points, normals, colours = points[facing], normals[facing], colours[facing]
     x, y, depth = points @ right, points @ up, points @ eye
-    span = 1.08 * max(float(np.ptp(x)), float(np.ptp(y)), 1e-9)
-    scale = HEIGHT / span
-    column = ((x - 0.5 * (x.min() + x.max())) * scale + HEIGHT / 2).astype(int)
-    row = ((0.5 * (y.min() + y.max()) - y) * scale + HEIGHT / 2).astype(int)
+    held = points if around is None else around
+    ends = np.array([[(held @ axis).min(), (held @ axis).max()] for axis in (right, up)])
+    span = 1.08 * max(float(np.ptp(ends, axis=1).max()), 1e-9)
+    across, along = ends.mean(axis=1)
+    scale = height / span
+    column = ((x - across) * scale + height / 2).astype(int)
+    row = ((along - y) * scale + height / 2).astype(int)
     shade = 0.55 + 0.45 * np.clip(normals @ _LIGHT, 0.0, 1.0)
-    picture = np.zeros((HEIGHT, HEIGHT, 4), np.uint8)
+    picture = np.zeros((height, height, 4), np.uint8)
     order = np.argsort(depth)
     rgb = (255.0 * colours * shade[:, None]).astype(np.uint8)[order]
     # dots of two by two pixels, so that samples close ranks
-    nearest = np.zeros((HEIGHT, HEIGHT), np.int64)
+    nearest = np.zeros((height, height), np.int64)
     for right_by, down_by in ((0, 0), (0, 1), (1, 0), (1, 1)):
-        r = np.clip(row[order] + down_by, 0, HEIGHT - 1)
-        c = np.clip(column[order] + right_by, 0, HEIGHT - 1)
+        r = np.clip(row[order] + down_by, 0, height - 1)
+        c = np.clip(column[order] + right_by, 0, height - 1)
         np.maximum.at(nearest, (r, c), np.arange(1, len(order) + 1))
     padded = np.pad(nearest, 1)
     beside = np.stack([padded[:-2, 1:-1], padded[2:, 1:-1], padded[1:-1, :-2], padded[1:-1, 2:]])

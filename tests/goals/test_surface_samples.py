@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from touchwarp.check.surface_samples import find_sharp_edges, sample_surface
 from touchwarp.goals import Goal
+from touchwarp.goals.surface_samples import find_sharp_edges, sample_surface
 from touchwarp.scene.shapes import box, cylinder, polygon, sphere
 
 

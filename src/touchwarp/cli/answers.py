@@ -1,0 +1,99 @@
+"""What `touchwarp new` asks: from options, from the terminal, or as proposed."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Where answers come from.
+
+    Attributes:
+        yes: take every proposal, ask nothing.
+    """
+
+    yes: bool
+
+    def ask(self, question: str, proposed: str, option: str) -> str:
+        """One answer; `option` is named where there is no terminal to ask."""
+        return str(self._answer(question, proposed, option, lambda: _prompt(question, proposed)))
+
+    def confirm(self, question: str, option: str) -> bool:
+        """Yes or no; yes is proposed."""
+        return bool(self._answer(question, "yes", option, lambda: click.confirm(question, True)))
+
+    def _answer(self, question: str, proposed: str, option: str, prompt: Any) -> Any:
+        from touchwarp.errors import SceneError
+
+        if self.yes:
+            click.echo(f"{question}: {proposed} (proposed)")
+            return proposed
+        try:
+            return prompt()
+        except click.Abort:
+            if sys.stdin.isatty():
+                raise
+            raise SceneError(
+                f"a question needs an answer, and there is no terminal to ask: '{question}'. Give "
+                f"{option}, or --yes to take what is proposed ({proposed})."
+            ) from None
+
+
+def _prompt(question: str, proposed: str) -> Any:
+    return click.prompt(question, default=proposed)
+
+
+def settle_reading(
+    path: Path, unit: str | None, up: str | None, answers: Answers, prefix: str
+) -> tuple[str | float, str, list[str]]:
+    """The unit and up axis of a mesh file, and a note where one was proposed or looks odd.
+
+    Args:
+        path: the mesh.
+        unit, up: from options, or None.
+        answers: where the rest comes from.
+        prefix: of the options' names: "" or "virtual-".
+    """
+    from touchwarp.scan.reading import propose_reading
+    from touchwarp.scene.units import METRES, metres_per_unit, up_rotation
+
+    read = propose_reading(path)
+    notes = []
+    chosen: str | float = unit if unit is not None else read.unit
+    if unit is None and not read.unit_known:
+        sizes = ", ".join(
+            f"{max(read.size_mm) * METRES[u] / METRES[read.unit]:.4g} mm if in {u}"
+            for u in ("mm", "cm", "m", "in")
+        )
+        chosen = answers.ask(f"{path.name} is {sizes} long. Its unit", read.unit, f"--{prefix}unit")
+        notes.append(f"the file tells no unit; {chosen} was chosen by its size")
+    with contextlib.suppress(ValueError):
+        chosen = float(chosen)
+    longest = max(read.size_mm) * metres_per_unit(chosen) / METRES[read.unit]
+    if read.unit_known and unit is None and not read.plausible:
+        notes.append(
+            f"{longest:.4g} mm long, as the file says: odd for a thing held in the hand; if the "
+            f"file is wrong, say --{prefix}unit or --scale"
+        )
+        click.echo(f"Note: {path.name} is {notes[-1]}.")
+    axis = up if up is not None else read.up
+    if up is None and not read.up_known and read.up != "z":
+        axis = answers.ask(
+            f"{path.name} seems to stand on its {_foot(read.up)} side. Its up axis",
+            read.up,
+            f"--{prefix}up",
+        )
+        notes.append(f"the file tells no up axis; {axis} was chosen by its flat foot")
+    up_rotation(axis)
+    return chosen, axis, notes
+
+
+def _foot(up: str) -> str:
+    return up[1:] if up.startswith("-") else f"-{up}"

@@ -1,0 +1,326 @@
+"""`touchwarp new`: two files in, a scene out."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from touchwarp.cli.answers import Answers, settle_reading
+
+if TYPE_CHECKING:
+    from touchwarp.scan.preparation import Prepared
+    from touchwarp.scene import Surface
+
+
+@dataclass(frozen=True)
+class Part:
+    """The prop or the virtual object on its way into the scene.
+
+    Attributes:
+        name: for the scene and for messages.
+        raw: as its file has it, in m, z up.
+        ready: cleaned; in the scene's frame for a prop.
+        entries: the keys that say it in the scene.
+        file: where its mesh is written if the file's own will not do.
+        notes: comments for the scene.
+    """
+
+    name: str
+    raw: Surface
+    ready: Prepared
+    entries: dict[str, Any]
+    file: Path
+    notes: list[str] = field(default_factory=list)
+
+
+@click.command(
+    "new",
+    epilog="\b\nExamples:\n"
+    "  touchwarp new scan.stl cup.glb -o mug.toml\n"
+    "  touchwarp new scan.stl cup.obj --unit mm --virtual-unit cm --yes -o mug.toml\n"
+    "  touchwarp new --fit cylinder touched.csv bottle.glb -o bottle.toml",
+)
+@click.argument("prop", type=click.Path(path_type=Path))
+@click.argument("virtual", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    required=True,
+    help="The scene file to write (.toml).",
+)
+@click.option("--unit", metavar="U", help="The prop's unit: mm, cm, m, in, ft.")
+@click.option("--up", metavar="A", help="The prop's up axis: x, y, z, -x, …")
+@click.option("--virtual-unit", metavar="U", help="The virtual object's unit.")
+@click.option("--virtual-up", metavar="A", help="The virtual object's up axis.")
+@click.option("--scale", is_flag=True, help="Scale the virtual object to the prop's size.")
+@click.option("--no-table", is_flag=True, help="Do not look for a tabletop in the scan.")
+@click.option(
+    "--fit",
+    type=click.Choice(["box", "cylinder", "sphere", "ellipsoid"]),
+    help="PROP is a .csv of points touched on the prop (x,y,z in m): fit this shape to them.",
+)
+@click.option("--yes", is_flag=True, help="Ask nothing; take what is proposed.")
+def new_command(
+    prop: Path,
+    virtual: Path,
+    output: Path,
+    unit: str | None,
+    up: str | None,
+    virtual_unit: str | None,
+    virtual_up: str | None,
+    scale: bool,
+    no_table: bool,
+    fit: str | None,
+    yes: bool,
+) -> None:
+    """Write a scene in which the real thing PROP feels like VIRTUAL.
+
+    Reads units and axes where the files define them and asks where they do not; cuts away the table
+    of a scan; repairs what needs it; finds the pose; picks the kind of goal. Every choice stands in
+    the scene with its reason.
+    """
+    from touchwarp.errors import OutputError
+    from touchwarp.outputs import claim
+
+    if output.suffix != ".toml":
+        raise OutputError(f"the output is {output.name}; a scene file (.toml) is needed.")
+    answers = Answers(yes)
+    prop_file = output.with_name(f"{output.stem}-prop.ply")
+    virtual_file = output.with_name(f"{output.stem}-virtual.ply")
+    for path in (output, prop_file, virtual_file):
+        claim(path, prop, virtual)
+    if fit is not None:
+        felt = fitted_part(prop, fit, prop_file)
+    else:
+        felt = mesh_part(prop, unit, up, answers, "", prop_file, crop=not no_table)
+    shown = mesh_part(virtual, virtual_unit, virtual_up, answers, "virtual-", virtual_file)
+    felt, shown = with_equal_handles(felt, shown, answers)
+    write_scene(felt, shown, scale, output)
+
+
+def mesh_part(
+    path: Path,
+    unit: str | None,
+    up: str | None,
+    answers: Answers,
+    prefix: str,
+    file: Path,
+    crop: bool = False,
+) -> Part:
+    """A mesh file read, its table cut away if `crop`, and repaired."""
+    from touchwarp.cli.terminal import progress_bar
+    from touchwarp.scan.preparation import prepare
+    from touchwarp.scene.mesh_file import read_mesh
+
+    chosen, axis, notes = settle_reading(path, unit, up, answers, prefix)
+    raw = read_mesh(path, chosen, axis)
+    with progress_bar(f"looking at {path.name}") as progress:
+        ready = prepare(raw, crop=crop, progress=progress)
+    if ready.table is not None and not answers.confirm(
+        f"{path.name} stands on a table ({ready.table.share:.0%} of the scan). Cut it away",
+        "--no-table",
+    ):
+        ready = prepare(raw, crop=False)
+    entries = {"mesh": _relative(path, file.parent), "unit": chosen, "up": axis}
+    return Part(path.stem, raw, ready, entries, file, notes)
+
+
+def fitted_part(path: Path, kind: str, file: Path) -> Part:
+    """A shape fitted to the points of a CSV file."""
+    import numpy as np
+    from scipy.spatial.transform import Rotation
+
+    from touchwarp.cli.points import read_points
+    from touchwarp.errors import SceneError
+    from touchwarp.scan.preparation import prepare
+    from touchwarp.scan.primitives import fit_primitive
+    from touchwarp.scene.shapes import make_shape
+
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(
+            f"{path} cannot be read as a table of points ({error}); a .csv of x,y,z in m is needed."
+        ) from error
+    points = read_points(text, 3, path.name).points
+    found = fit_primitive(kind, points[np.isfinite(points).all(axis=1)])
+    T = found.T_points_shape
+    angles = Rotation.from_matrix(T[:3, :3]).as_euler("xyz", degrees=True)
+    note = (
+        f"a {kind} fitted to {len(points)} points of {path.name}: they lie {found.rms_mm:.2g} mm "
+        f"(rms), at most {found.max_mm:.2g} mm, from it"
+    )
+    click.echo(f"Fitted {note}.")
+    shape = {key: _rounded(value) for key, value in found.shape.items()}
+    entries = {
+        "shape": {"kind": kind, **shape},
+        "pose": {"position": _rounded(T[:3, 3]), "rotation_deg": _rounded(angles, 4)},
+    }
+    raw = make_shape(kind, found.shape).transformed(T)
+    return Part(path.stem, raw, prepare(raw, crop=False), entries, file, [note])
+
+
+def with_equal_handles(felt: Part, shown: Part, answers: Answers) -> tuple[Part, Part]:
+    """Both, the one with more handles mended to the other's number, if that is possible and wanted.
+
+    Scans have tunnels that the thing has not, where the scanner saw too little. A mesh that was
+    closed already is believed.
+    """
+    from touchwarp.cli.terminal import progress_bar
+    from touchwarp.scan.preparation import prepare
+
+    a, b = felt.ready.found, shown.ready.found
+    if not (a.sound and b.sound) or a.genus is None or b.genus is None or a.genus == b.genus:
+        return felt, shown
+    more, genus = (felt, b.genus) if a.genus > b.genus else (shown, a.genus)
+    if more.ready.repair is None or more.ready.repair.genus_before is not None:
+        return felt, shown  # its mesh is closed, so its handles are meant
+    with progress_bar(f"closing tunnels of {more.name}") as progress:
+        fewer = prepare(more.raw, crop=more.ready.table is not None, genus=genus, progress=progress)
+    if fewer.repair is None or not answers.confirm(
+        f"{more.name} has {more.ready.found.genus} handles, the other {genus}. "
+        f"{fewer.repair.steps[-1].capitalize()} would leave {genus}; do that",
+        "another mesh",
+    ):
+        return felt, shown
+    mended = replace(more, ready=fewer)
+    return (mended, shown) if more is felt else (felt, mended)
+
+
+def write_scene(felt: Part, shown: Part, scale: bool, output: Path) -> None:
+    """Align, pick the goal, write what is needed, and make sure that the scene can be read."""
+    import touchwarp as tw
+    from touchwarp.cli.align import alignment_rows, pose_keys
+    from touchwarp.cli.repair import repair_rows
+    from touchwarp.cli.terminal import progress_bar, show_facts
+    from touchwarp.errors import GoalError
+    from touchwarp.goals import goals
+    from touchwarp.outputs import replacing
+    from touchwarp.scan.mesh_output import write_mesh
+    from touchwarp.scan.preparation import choose_goal, place
+    from touchwarp.scan.scene_draft import SceneDraft
+    from touchwarp.scene.units import metres_per_unit
+
+    table = felt.ready.table is not None
+    with progress_bar("aligning") as progress:
+        found = place(
+            felt.ready.surface, shown.ready.surface, scale=scale, on_table=table, progress=progress
+        )
+    kind, why = choose_goal(felt.ready.found, shown.ready.found)
+    prop = {"name": felt.name, **_entries(felt)}
+    source = _entries(shown)
+    metres = metres_per_unit(source["unit"])
+    goal = {"kind": kind, "virtual_mesh": source.pop("mesh"), **source}
+    goal |= pose_keys(found, metres if scale else None)
+    for part in (felt, shown):
+        if part.ready.changed:
+            write_mesh(part.file, part.ready.surface)
+    draft = SceneDraft(
+        title=f"{felt.name}, felt as {shown.name}.",
+        prop=prop,
+        goal=goal,
+        notes={
+            "prop": _prop_notes(felt),
+            "goal": [f"{kind}: {why}.", *(f"{shown.name}: {note}." for note in _notes(shown))],
+            "pose": [f"{label}: {text}" for label, text in alignment_rows(found)],
+            "table": ["the table that the scan showed; a hand on it is shown on it"],
+        },
+        table={"name": "table", "plane": _TABLE, "contact": "slide"} if table else None,
+    )
+    if kind == "direction":
+        try:
+            goals(_scene(draft, output))
+        except GoalError as error:
+            draft = _by_transform(draft, felt, shown, found.T_prop_virtual, why, str(error))
+    with replacing(output) as temporary:
+        temporary.write_text(draft.text(output.name), encoding="utf-8")
+    tw.load_scene(output)
+    for part in (felt, shown):
+        if part.ready.repair is not None and part.ready.repair.steps:
+            show_facts(f"{part.name}: repaired", repair_rows(part.ready.repair))
+    show_facts(f"{shown.name} on {felt.name}", alignment_rows(found))
+    click.echo(f"Goal    {draft.goal['kind']}: {draft.notes['goal'][0].split(': ', 1)[1]}")
+    click.echo(f"Next: touchwarp solve {output} -o {output.with_suffix('.warp')}")
+
+
+_TABLE = {"point": [0, 0, 0], "normal": [0, 0, 1]}
+
+
+def _scene(draft: Any, output: Path) -> Any:
+    from touchwarp.scene import parse_scene
+
+    return parse_scene(draft.text(output.name), output.parent)
+
+
+def _by_transform(draft: Any, felt: Part, shown: Part, T: Any, why: str, refusal: str) -> Any:
+    """The draft with the prop stretched to the virtual object's box: the goal that always works."""
+    import numpy as np
+
+    low, high = felt.ready.surface.bounds
+    to_low, to_high = shown.ready.surface.transformed(T).bounds
+    shift = 0.5 * (to_low + to_high - low - high)
+    shift[2] = to_low[2] - low[2]
+    goal = {
+        "kind": "transform",
+        "pivot": "base",
+        "scale": _rounded(np.ptp([to_low, to_high], axis=0) / np.ptp([low, high], axis=0), 5),
+        "translation": _rounded(shift),
+    }
+    reasons = [
+        f"transform: {why}; and not by direction either:",
+        f"  {refusal}",
+        f"So the prop is stretched to the box around {shown.name}: the sizes are right, the shape",
+        "is the prop's. Cut or fill the meshes and run touchwarp new again for more.",
+    ]
+    return replace(draft, goal=goal, notes={**draft.notes, "goal": reasons})
+
+
+def _entries(part: Part) -> dict[str, Any]:
+    if part.ready.changed:
+        return {"mesh": part.file.name, "unit": "m", "up": "z"}
+    return dict(part.entries)
+
+
+def _prop_notes(felt: Part) -> list[str]:
+    notes = [f"{note}." for note in _notes(felt)]
+    if felt.ready.table is not None:
+        rows = ", ".join(
+            "[" + ", ".join(f"{v:.6g}" for v in row) + "]" for row in felt.ready.T_scene_file
+        )
+        notes += [
+            f"cut from its table ({felt.ready.table.share:.0%} of the scan), which is now z = 0;",
+            f"from the scan's frame (m, {felt.entries['up']} up) to the scene's: [{rows}]",
+        ]
+    return notes
+
+
+def _notes(part: Part) -> list[str]:
+    repaired = part.ready.repair
+    notes = list(part.notes)
+    if repaired is not None and repaired.steps:
+        notes.append("repaired: " + "; ".join(repaired.steps))
+        notes.append(f"the scan lies {repaired.from_input} from the repaired surface")
+    if part.ready.evened:
+        notes.append(f"remeshed to {len(part.ready.surface.faces):,} even triangles, for the map")
+    if part.ready.refusal:
+        notes.append(f"not closed: {part.ready.refusal}".rstrip("."))
+    return notes
+
+
+def _relative(path: Path, folder: Path) -> str:
+    try:
+        return Path(os.path.relpath(path, folder)).as_posix()
+    except ValueError:  # another drive
+        return path.resolve().as_posix()
+
+
+def _rounded(value: Any, digits: int = 7) -> Any:
+    import numpy as np
+
+    numbers = np.round(np.asarray(value, dtype=float), digits) + 0.0
+    return numbers.tolist()

@@ -1,0 +1,1 @@
+"""One-to-one maps between closed surfaces, through the sphere or the flat torus."""

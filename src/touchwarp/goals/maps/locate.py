@@ -1,0 +1,161 @@
+"""Where a point of the domain lies in a layout: the triangle, and its barycentric coordinates.
+
+A walk from triangle to triangle, across an edge that has the point on its other side. On the torus
+the point takes on the lattice vector of each cut that it crosses.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from touchwarp.goals.maps.layout import Layout
+
+OUTSIDE = -1e-14
+
+
+class Locator:
+    """Finds points of the domain in a layout; walks start where the last call's points were.
+
+    Attributes:
+        layout: the layout.
+        face: (q,) the triangle of each point last located.
+        weights: (q, 3) its barycentric coordinates there, all ≥ 0.
+        place: (q, 3) the point itself, on that triangle's side of the cuts.
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        self.layout = layout
+        self.face = np.zeros(0, np.int64)
+        self.weights = np.zeros((0, 3))
+        self.place = np.zeros((0, 3))
+
+    def find(
+        self, points: NDArray[np.float64], start: NDArray[np.int64] | None = None
+    ) -> NDArray[np.int64]:
+        """The triangle (q,) of each point (q, 3); `weights` and `place` hold the rest.
+
+        Args:
+            points: (q, 3) points of the domain, anywhere on the covering plane of a torus.
+            start: (q,) triangles to walk from; else those of the last call, if as many.
+        """
+        layout = self.layout
+        if start is None:
+            start = self.face if len(self.face) == len(points) else np.zeros(len(points), np.int64)
+        self.face, self.weights, self.place = _locate(
+            np.ascontiguousarray(points),
+            start,
+            layout.corners,
+            layout.mesh.neighbours,
+            layout.jumps,
+            layout.flat,
+        )
+        return self.face
+
+    def values(self, fields: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(q, c): fields (n, c) on the layout's vertices, linear in each triangle."""
+        return np.asarray(_interpolate(fields, self.layout.mesh.faces, self.face, self.weights))
+
+    def jacobian(
+        self, fields: NDArray[np.float64], frames: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """(q, c, 2): how those values change as the points move along their frames (q, 3, 2)."""
+        layout = self.layout
+        return np.asarray(
+            _differentiate(fields, layout.mesh.faces, self.face, layout.corners, self.place, frames)
+        )
+
+
+@njit(cache=True, error_model="numpy")
+def _locate(points, start, corners, neighbours, jumps, flat):
+    q = len(points)
+    found = np.empty(q, np.int64)
+    weights = np.empty((q, 3))
+    place = np.empty((q, 3))
+    most = 4 * len(corners)
+    for i in range(q):
+        x, y, z = points[i]
+        face = start[i]
+        if flat:  # near the triangle that the walk starts from
+            x += np.rint(corners[face, 0, 0] - x)
+            y += np.rint(corners[face, 0, 1] - y)
+        came = -1
+        best = np.empty(3)
+        for turn in range(most):
+            side = np.empty(3)
+            for k in range(3):
+                a, b = corners[face, (k + 1) % 3], corners[face, (k + 2) % 3]
+                side[k] = (
+                    x * (a[1] * b[2] - a[2] * b[1])
+                    + y * (a[2] * b[0] - a[0] * b[2])
+                    + z * (a[0] * b[1] - a[1] * b[0])
+                )
+            best[:] = side
+            # Across any edge that has the point beyond it, in turn, lest the walk go in circles.
+            across = -1
+            for k in range(3):
+                e = (k + turn) % 3
+                if side[e] < OUTSIDE and neighbours[face, e] != came:
+                    across = e
+                    break
+            if across < 0:
+                for e in range(3):
+                    if side[e] < OUTSIDE:
+                        across = e
+            if across < 0:
+                break
+            x += jumps[face, across, 0]
+            y += jumps[face, across, 1]
+            came = face
+            face = neighbours[face, across]
+        total = 0.0
+        for k in range(3):
+            best[k] = max(best[k], 0.0)
+            total += best[k]
+        found[i] = face
+        for k in range(3):
+            weights[i, k] = best[k] / total
+        place[i, 0], place[i, 1], place[i, 2] = x, y, z
+    return found, weights, place
+
+
+@njit(cache=True, error_model="numpy")
+def _interpolate(fields, faces, face, weights):
+    values = np.zeros((len(face), fields.shape[1]))
+    for i in range(len(face)):
+        for k in range(3):
+            v = faces[face[i], k]
+            for c in range(fields.shape[1]):
+                values[i, c] += weights[i, k] * fields[v, c]
+    return values
+
+
+@njit(cache=True, error_model="numpy")
+def _differentiate(fields, faces, face, corners, place, frames):
+    channels = fields.shape[1]
+    result = np.zeros((len(face), channels, 2))
+    side = np.empty(3)
+    change = np.empty((3, 2))
+    for i in range(len(face)):
+        f = face[i]
+        total = 0.0
+        lost = np.zeros(2)
+        for k in range(3):
+            a, b = corners[f, (k + 1) % 3], corners[f, (k + 2) % 3]
+            side[k], change[k, 0], change[k, 1] = 0.0, 0.0, 0.0
+            for d in range(3):
+                e, g = (d + 1) % 3, (d + 2) % 3
+                normal = a[e] * b[g] - a[g] * b[e]
+                side[k] += place[i, d] * normal
+                change[k, 0] += frames[i, d, 0] * normal
+                change[k, 1] += frames[i, d, 1] * normal
+            total += side[k]
+            lost += change[k]
+        for k in range(3):
+            v = faces[f, k]
+            for a in range(2):
+                slope = (change[k, a] - side[k] / total * lost[a]) / total
+                for c in range(channels):
+                    result[i, c, a] += fields[v, c] * slope
+    return result

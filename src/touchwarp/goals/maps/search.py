@@ -1,0 +1,173 @@
+"""The search for a map between two laid-out surfaces: several starts, coarse to fine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchwarp.goals.maps.areas import polish_areas, target_shares
+from touchwarp.goals.maps.composition import first_maps
+from touchwarp.goals.maps.fit_triangles import barycentric
+from touchwarp.goals.maps.layout import Layout
+from touchwarp.goals.maps.levels import Levels
+from touchwarp.goals.maps.refine import Landmarks, MapProblem, Weights
+from touchwarp.goals.surface_tree import SurfaceTree
+
+Float = NDArray[np.float64]
+Progress = Callable[[str, float], None]
+
+COARSEST = 600
+"""Vertices of the coarsest level; each next one has four times as many."""
+GROWTH = 4
+COARSE_STEPS, MIDDLE_STEPS, FINE_STEPS = 60, 40, 20
+COARSE_AREA_AIM = 0.03
+FINE_LANDMARKS = 100.0
+"""Landmarks count so much more from the second level on, when they are near already."""
+FOLD_WEIGHT = 3.0
+"""From the second level on; the triangles of the coarsest cut across rims and handles."""
+NORMAL_SHARE = 0.3
+"""Of normals beside positions, when first maps are compared."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a search minimises, and how it gets there.
+
+    Attributes:
+        weights: of the energy at the end.
+        area_path: weights of area that the coarsest level goes through first.
+        starts: how many first maps are tried.
+        seed: of everything random.
+    """
+
+    weights: Weights
+    area_path: Sequence[float]
+    starts: int
+    seed: int
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The map found, as the prop's layout over the virtual surface's.
+
+    Attributes:
+        layout: the prop's mesh on the virtual layout's domain.
+        energies: of each start at the coarsest level, in the order of first maps.
+        size: m, the unit of length that the energies are in.
+    """
+
+    layout: Layout
+    energies: list[float]
+    size: float
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two laid-out surfaces, and what their map shall make equal.
+
+    Attributes:
+        prop, virtual: layouts on the same domain.
+        fields: (n, c) prop, (k, c) virtual: scaled by the square roots of their weights.
+        landmarks: (l, 2, 3) m, points of the prop and of the virtual surface.
+    """
+
+    prop: Layout
+    virtual: Layout
+    fields: tuple[Float, Float]
+    landmarks: Float = field(default_factory=lambda: np.zeros((0, 2, 3)))
+
+    @property
+    def size(self) -> float:
+        """m: the mean of the roots of both areas."""
+        return float(np.sqrt(self.prop.mesh.area) + np.sqrt(self.virtual.mesh.area)) / 2
+
+    def places(self, layout: Layout) -> Float:
+        """Positions of a layout's vertices about its surface's centre, in units of `size`."""
+        whole = self.virtual if layout is self.virtual else self.prop
+        return np.asarray((layout.mesh.vertices - whole.mesh.centre) / self.size)
+
+    def problem(self, layout: Layout, chosen: NDArray[np.int64]) -> MapProblem:
+        """The problem on some vertices (k,) of the prop, with their mesh's layout."""
+        return MapProblem(
+            layout,
+            self.virtual,
+            (self.places(layout), self.places(self.virtual)),
+            (self.fields[0][chosen], self.fields[1]),
+            1 / self.size,
+            self._landmarks_on(layout),
+        )
+
+    def _landmarks_on(self, layout: Layout) -> Landmarks | None:
+        if len(self.landmarks) == 0:
+            return None
+        mesh = layout.mesh
+        nearest = SurfaceTree(mesh.vertices, mesh.faces).nearest(self.landmarks[:, 0])
+        corners = mesh.vertices[mesh.faces[nearest.elements]]
+        image = (self.landmarks[:, 1] - self.virtual.mesh.centre) / self.size
+        return Landmarks(nearest.elements, barycentric(corners, nearest.points), image)
+
+
+def search_map(pair: Pair, plan: Plan, progress: Progress | None = None) -> Found:
+    """The best map of all starts, refined on the prop's whole mesh.
+
+    Args:
+        pair: the surfaces.
+        plan: weights, starts and seed.
+        progress: called with the step's name and the part of it that is done.
+    """
+
+    def tell(step: str, done: float) -> None:
+        if progress is not None:
+            progress(step, done)
+
+    tell("first maps", 0.0)
+    normals = [NORMAL_SHARE * layout.mesh.vertex_normals for layout in (pair.prop, pair.virtual)]
+    firsts = first_maps(
+        pair.prop,
+        pair.virtual,
+        np.concatenate([pair.places(pair.prop), normals[0]], axis=1),
+        np.concatenate([pair.places(pair.virtual), normals[1]], axis=1),
+        plan.seed,
+        plan.starts,
+    )
+    energies = []
+    best: Levels | None = None
+    for k, first in enumerate(firsts):
+        tell("coarse maps", k / len(firsts))
+        levels = Levels(first, COARSEST)
+        energies.append(_coarse(pair, plan, levels))
+        if energies[-1] <= min(energies):
+            best = levels
+    assert best is not None
+    while True:
+        best.put_back(GROWTH * best.count)
+        chosen, layout = best.now()
+        steps = FINE_STEPS if best.whole else MIDDLE_STEPS
+        weights = replace(
+            plan.weights,
+            folds=FOLD_WEIGHT,
+            landmarks=FINE_LANDMARKS * plan.weights.landmarks,
+        )
+        layout = pair.problem(layout, chosen).refine(
+            layout, weights, steps, progress=lambda done: tell("fine map", done)
+        )
+        best.points[chosen] = layout.points
+        if best.whole:
+            break
+    tell("fine map", 1.0)
+    return Found(best.whole_layout(), energies, pair.size)
+
+
+def _coarse(pair: Pair, plan: Plan, levels: Levels) -> float:
+    """Refine the coarsest level along the path of area weights; its energy at the end."""
+    levels.relax(40)
+    chosen, layout = levels.now()
+    layout = polish_areas(layout, target_shares(layout.mesh.face_areas), COARSE_AREA_AIM)
+    problem = pair.problem(layout, chosen)
+    for area in (*plan.area_path, plan.weights.area):
+        layout = problem.refine(layout, replace(plan.weights, area=area), COARSE_STEPS)
+    levels.points[chosen] = layout.points
+    return problem.energy(layout, plan.weights)

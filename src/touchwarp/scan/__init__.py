@@ -1,0 +1,1 @@
+"""From a scan to a scene: repair, remeshing, alignment, the tabletop, primitives, a first draft."""

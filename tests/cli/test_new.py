@@ -1,0 +1,144 @@
+"""`touchwarp new`, `repair` and `align`: from files to a scene that solves."""
+
+from __future__ import annotations
+
+import io
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.scan.scans import fine_mug, holed, on_table
+from touchwarp.cli.main import main
+from touchwarp.scan.deviation import sample
+from touchwarp.scan.mesh_output import write_mesh
+from touchwarp.scan.soundness import inspect
+from touchwarp.scene import load_scene, read_mesh
+from touchwarp.scene.pose import pose_matrix
+from touchwarp.scene.shapes import box, cylinder, ellipsoid, make_shape, sphere
+
+Told = pytest.CaptureFixture[str]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_scan_on_a_table_and_a_model_become_a_scene(folder: Path, capsys: Told) -> None:
+    scan = on_table(fine_mug(4e-3)).transformed(pose_matrix((0.3, 0.1, 0.05), (6, -4, 20)))
+    write_mesh(folder / "scan.stl", scan, 1e-3)
+    cup = make_shape("tea_cup", {}).transformed(pose_matrix((1, 2, 3), (90, 0, 0)))
+    write_mesh(folder / "cup.glb", cup)
+    assert main(["new", "scan.stl", "cup.glb", "--yes", "-o", "mug.toml"]) == 0
+    told = capsys.readouterr().out
+    assert "Its unit: mm (proposed)" in told
+    assert "Goal    match: both surfaces are closed and have 1 handle." in told
+    entries = tomllib.loads((folder / "mug.toml").read_text())
+    assert entries["prop"][0]["goal"]["kind"] == "match"
+    assert entries["fixed"][0]["plane"] == {"point": [0, 0, 0], "normal": [0, 0, 1]}
+    scene = load_scene(folder / "mug.toml")
+    assert inspect(scene.props[0].surface).genus == 1
+    shown = scene.props[0].goal.virtual  # type: ignore[union-attr]
+    # it lay on its side in its file, and stands on the table in the scene
+    assert shown.bounds[0, 2] == pytest.approx(0, abs=1e-4)
+    assert np.ptp(shown.bounds, axis=0)[2] == pytest.approx(0.058, abs=1e-3)
+
+
+def test_where_handles_differ_a_transform_is_written_that_solves(
+    folder: Path, capsys: Told
+) -> None:
+    write_mesh(folder / "block.ply", box([0.08, 0.08, 0.09]))
+    write_mesh(folder / "mug.ply", make_shape("mug", {}))
+    units = ["--unit", "m", "--virtual-unit", "m"]
+    assert main(["new", "block.ply", "mug.ply", *units, "--yes", "-o", "block.toml"]) == 0
+    goal = tomllib.loads((folder / "block.toml").read_text())["prop"][0]["goal"]
+    assert goal["kind"] == "transform"
+    assert "no handle and the virtual object 1 handle" in (folder / "block.toml").read_text()
+    scene = load_scene(folder / "block.toml")
+    box_now = scene.props[0].goal.affine(scene.props[0].surface.bounds)  # type: ignore[union-attr]
+    stretched = scene.props[0].surface.transformed(box_now).bounds
+    assert np.ptp(stretched, axis=0)[2] == pytest.approx(0.095, rel=1e-3)
+    capsys.readouterr()
+    assert main(["solve", "block.toml", "-o", "block.warp", "--tolerance-mm", "5"]) == 0
+
+
+def test_measured_points_become_a_shape(folder: Path, capsys: Told) -> None:
+    can = cylinder(0.03, 0.12).transformed(pose_matrix((0.2, 0.1, 0), (0, 0, 0)))
+    points = sample(can, 60, np.random.default_rng(0))[0]
+    np.savetxt(folder / "touched.csv", points, delimiter=",")
+    write_mesh(folder / "egg.glb", ellipsoid([0.06, 0.06, 0.13], 0.2))
+    arguments = ["new", "--fit", "cylinder", "touched.csv", "egg.glb", "--yes", "-o", "can.toml"]
+    assert main(arguments) == 0
+    assert "Fitted a cylinder fitted to 60 points" in capsys.readouterr().out
+    scene = load_scene(folder / "can.toml")
+    assert abs(scene.props[0].surface.bounds - can.bounds).max() < 5e-4
+    assert (
+        tomllib.loads((folder / "can.toml").read_text())["prop"][0]["shape"]["kind"] == "cylinder"
+    )
+
+
+def test_questions_need_a_terminal_or_an_option(
+    folder: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
+    write_mesh(folder / "a.stl", box([0.1, 0.1, 0.1]), 1e-3)
+    write_mesh(folder / "b.glb", sphere(0.05, 0.5))
+    assert main(["new", "a.stl", "b.glb", "-o", "a.toml"]) == 2
+    assert "--unit, or --yes" in capsys.readouterr().err
+    assert not (folder / "a.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["new", "a.stl", "b.glb", "-o", "a.scene"], "a scene file (.toml) is needed"),
+        (["new", "a.stl", "c.glb", "--unit", "mm", "-o", "a.toml"], "c.glb does not exist"),
+        (["new", "--fit", "box", "none.csv", "b.glb", "-o", "a.toml"], "cannot be read as a table"),
+        (["repair", "a.stl", "-o", "out.ply"], "the unit is missing"),
+        (["repair", "a.stl", "--unit", "mm", "-o", "out.blend"], "no mesh can be written"),
+        (["align", "a.stl", "b.glb", "--unit", "mm", "-o", "no.toml"], "does not exist"),
+    ],
+)
+def test_bad_input(arguments: list[str], message: str, folder: Path, capsys: Told) -> None:
+    write_mesh(folder / "a.stl", box([0.1, 0.1, 0.1]), 1e-3)
+    write_mesh(folder / "b.glb", sphere(0.05, 0.5))
+    assert main(arguments) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_repair_tells_what_it_did(folder: Path, capsys: Told) -> None:
+    open_box = holed(sphere(0.05, 0.1), np.array([[0, 0, 0.05]]), 0.01)
+    write_mesh(folder / "scan.stl", open_box, 1e-3)
+    assert main(["repair", "scan.stl", "--unit", "mm", "-o", "whole.stl"]) == 0
+    told = capsys.readouterr().out
+    assert "one closed surface, genus 0" in told
+    assert "1 holes capped flat" in told or "1 hole capped flat" in told
+    whole = read_mesh(folder / "whole.stl", "mm")
+    assert inspect(whole).sound
+
+
+def test_align_prints_a_pose_and_puts_it_into_a_scene(folder: Path, capsys: Told) -> None:
+    brick = box([0.1, 0.06, 0.03])
+    write_mesh(folder / "a.ply", brick)
+    write_mesh(folder / "b.ply", brick.transformed(pose_matrix((0.1, 0, 0), (0, 0, 30))), 1e-2)
+    arguments = ["align", "a.ply", "b.ply", "--unit", "m", "--virtual-unit", "cm"]
+    assert main([*arguments, "-o", "there.ply"]) == 0
+    told = capsys.readouterr().out
+    pose = tomllib.loads(told.splitlines()[0])["pose"]
+    assert "4 poses fit equally well" in told
+    moved = read_mesh(folder / "b.ply", "cm").transformed(
+        pose_matrix(pose["position"], pose["rotation_deg"])
+    )
+    assert abs(moved.bounds - brick.bounds).max() < 1e-5
+    assert abs(read_mesh(folder / "there.ply", "m").bounds - brick.bounds).max() < 1e-5
+    scene = folder / "s.toml"
+    scene.write_text(
+        '[[prop]]\nname = "a"\nmesh = "a.ply"\nunit = "m"\n[prop.goal]\nkind = "match"\n'
+        'virtual_mesh = "b.ply"\nunit = "cm"\n'
+    )
+    assert main([*arguments, "-o", "s.toml"]) == 0
+    shown = load_scene(scene).props[0].goal.virtual  # type: ignore[union-attr]
+    assert abs(shown.bounds - brick.bounds).max() < 1e-5

@@ -1,0 +1,45 @@
+"""Small surfaces, so that maps of them take moments, and a cache of their own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from touchwarp.goals.maps import parameterise
+from touchwarp.scene.surface import Surface
+
+
+@pytest.fixture(autouse=True)
+def small_and_alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(parameterise, "EDGES_PER_SIZE", 14)
+    monkeypatch.setenv("TOUCHWARP_CACHE", str(tmp_path / "cache"))
+
+
+def ring_surface(
+    radius: float = 0.03, tube: float = 0.012, around: int = 28, across: int = 14
+) -> Surface:
+    """A torus about the z axis, m."""
+    u, v = np.meshgrid(
+        2 * np.pi * np.arange(around) / around,
+        2 * np.pi * np.arange(across) / across,
+        indexing="ij",
+    )
+    reach = radius + tube * np.cos(v)
+    points = np.stack([reach * np.cos(u), reach * np.sin(u), tube * np.sin(v)], -1).reshape(-1, 3)
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(around), np.arange(across), indexing="ij"))
+    a, b = i * across + j, (i + 1) % around * across + j
+    c, d = (i + 1) % around * across + (j + 1) % across, i * across + (j + 1) % across
+    return Surface(points, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
+
+
+def two_holed_surface() -> Surface:
+    """A slab with two square holes: genus 2."""
+    import manifold3d
+
+    slab = manifold3d.Manifold.cube((0.1, 0.05, 0.02))
+    for x in (0.02, 0.06):
+        slab -= manifold3d.Manifold.cube((0.02, 0.02, 0.04)).translate((x, 0.015, -0.01))
+    mesh = slab.to_mesh64()
+    return Surface(np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts, np.int64))

@@ -1,0 +1,153 @@
+"""Layouts: nothing turned over, equal areas, points found again; and the cache that keeps them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from touchwarp.errors import GoalError
+from touchwarp.goals.maps.areas import frames_at, moved_along, spread, target_shares
+from touchwarp.goals.maps.closed_mesh import closed_mesh
+from touchwarp.goals.maps.embed import embed
+from touchwarp.goals.maps.layout import Layout, area_and_gradient
+from touchwarp.goals.maps.layout_cache import cache_folder, keep_layout, load_layout
+from touchwarp.goals.maps.locate import Locator
+from touchwarp.goals.maps.parameterise import lay_out, work_mesh
+from touchwarp.scene.shapes import box, ellipsoid
+from touchwarp.scene.surface import Surface
+
+from .conftest import ring_surface
+
+SURFACES = {"box": box([0.1, 0.06, 0.04]), "ring": ring_surface()}
+
+
+@pytest.fixture(params=SURFACES)
+def layout(request: pytest.FixtureRequest) -> Layout:
+    return lay_out(work_mesh(SURFACES[request.param], "x"))
+
+
+def test_no_triangle_is_turned_over_and_the_domain_is_covered_once(layout: Layout) -> None:
+    assert (layout.shares > 0).all()
+    assert layout.shares.sum() == pytest.approx(1, abs=1e-9)
+
+
+def test_areas_keep_their_shares_within_half_a_percent(layout: Layout) -> None:
+    assert spread(layout.shares, target_shares(layout.mesh.face_areas)) <= 0.005
+
+
+def test_the_area_claim_rejects_a_layout_before_its_polish() -> None:
+    mesh = work_mesh(SURFACES["box"], "x")
+    bare = Layout(
+        mesh, embed(mesh, np.zeros((len(mesh.faces), 3, 2))), np.zeros((len(mesh.faces), 3, 2))
+    )
+    assert (bare.shares > 0).all()
+    assert spread(bare.shares, target_shares(mesh.face_areas)) > 0.02
+
+
+def test_points_of_the_mesh_are_found_where_they_are(layout: Layout) -> None:
+    rng = np.random.default_rng(0)
+    face = rng.integers(len(layout.mesh.faces), size=500)
+    weights = rng.dirichlet(np.ones(3), size=500)
+    points = np.einsum("qk,qkd->qd", weights, layout.corners[face])
+    if not layout.flat:
+        points /= np.linalg.norm(points, axis=1, keepdims=True)
+    locator = Locator(layout)
+    found = locator.find(points)
+    assert (found == face).mean() > 0.99
+    assert locator.weights[found == face] == pytest.approx(weights[found == face], abs=1e-6)
+
+
+def test_derivatives_are_those_of_small_moves(layout: Layout) -> None:
+    locator = Locator(layout)
+    points = layout.corners[:200].mean(axis=1)
+    if not layout.flat:
+        points /= np.linalg.norm(points, axis=1, keepdims=True)
+    frames = frames_at(points, layout.flat)
+    fields = layout.mesh.vertices
+    start = locator.find(points)
+    jacobian = locator.jacobian(fields, frames)
+    for axis in range(2):
+        ends = []
+        for sign in (1, -1):
+            move = np.zeros((len(points), 2))
+            move[:, axis] = sign * 1e-6
+            locator.find(moved_along(points, frames, move, layout.flat), start)
+            ends.append(locator.values(fields))
+        assert jacobian[:, :, axis] == pytest.approx((ends[0] - ends[1]) / 2e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("flat", [True, False])
+def test_area_gradients_are_those_of_small_moves(flat: bool) -> None:
+    corners = np.array([[0.1, 0.2, 1.0], [0.4, 0.1, 1.0], [0.3, 0.6, 1.0]])
+    if not flat:
+        corners /= np.linalg.norm(corners, axis=1, keepdims=True)
+    gradient, other = np.empty((3, 3)), np.empty((3, 3))
+    area_and_gradient(corners, flat, gradient)
+    frames = frames_at(corners, flat)
+    for k in range(3):
+        for axis in range(2):
+            ends = []
+            for sign in (1, -1):
+                move = np.zeros((3, 2))
+                move[k, axis] = sign * 1e-6
+                moved = moved_along(corners, frames, move, flat)
+                ends.append(area_and_gradient(moved, flat, other))
+            slope = gradient[k] @ frames[k, :, axis]
+            assert slope == pytest.approx((ends[0] - ends[1]) / 2e-6, abs=1e-8)
+    octant = np.eye(3)
+    assert area_and_gradient(octant, False, other) == pytest.approx(np.pi / 2)
+
+
+def test_a_layout_is_kept_and_found_by_content() -> None:
+    mesh = work_mesh(SURFACES["box"], "x")
+    layout = lay_out(mesh)
+    again = load_layout(closed_mesh(Surface(mesh.vertices, mesh.faces), "x"))
+    assert again is not None
+    assert np.array_equal(again.points, layout.points)
+    moved = closed_mesh(Surface(mesh.vertices + 1e-3, mesh.faces), "x")
+    assert load_layout(moved) is None
+
+
+@pytest.mark.parametrize("damage", [b"", b"not an archive", None])
+def test_a_damaged_layout_is_ignored(damage: bytes | None) -> None:
+    layout = lay_out(work_mesh(SURFACES["box"], "x"))
+    folder = cache_folder()
+    assert folder is not None
+    (kept,) = folder.glob("*.npz")
+    if damage is None:  # sound as a file, but a triangle is turned over
+        turned = layout.points.copy()
+        turned[0] *= -1
+        keep_layout(layout.moved(turned))
+    else:
+        kept.write_bytes(damage)
+    assert load_layout(layout.mesh) is None
+    assert np.array_equal(lay_out(layout.mesh).points, layout.points)
+
+
+def test_nothing_is_kept_where_the_cache_is_off_or_closed(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    mesh = work_mesh(ellipsoid([0.02, 0.02, 0.03], 0.5), "x")
+    monkeypatch.setenv("TOUCHWARP_CACHE", "")
+    layout = lay_out(mesh)
+    assert load_layout(mesh) is None
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("TOUCHWARP_CACHE", str(tmp_path / "file"))
+    keep_layout(layout)
+    assert load_layout(mesh) is None
+
+
+def test_a_vertex_with_too_many_neighbours_is_told() -> None:
+    n = 80
+    angle = 2 * np.pi * np.arange(n) / n
+    points = np.concatenate(
+        [np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1), [[0, 0, 1], [0, 0, -1]]]
+    )
+    i = np.arange(n)
+    j = (i + 1) % n
+    faces = np.concatenate([np.stack([i, j, 0 * i + n], 1), np.stack([j, i, 0 * i + n + 1], 1)])
+    mesh = closed_mesh(Surface(points, faces), "x")
+    with pytest.raises(GoalError, match="a vertex with more than 64 neighbours"):
+        embed(mesh, np.zeros((len(mesh.faces), 3, 2)))

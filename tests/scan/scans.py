@@ -1,0 +1,83 @@
+"""Scans with known truth: a mug that was measured badly."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchwarp.scan.remesh import remesh
+from touchwarp.scene.shapes import make_shape
+from touchwarp.scene.surface import Surface
+from touchwarp.scene.topology import bodies
+
+Float = NDArray[np.float64]
+
+
+def fine_mug(edge_length: float = 2e-3) -> Surface:
+    """The library's mug in even triangles: genus 1, standing on z = 0, handle in +x."""
+    return remesh(make_shape("mug", {}), edge_length)
+
+
+def noisy(surface: Surface, noise: float, seed: int = 0) -> Surface:
+    """Every vertex moved at random, standard deviation `noise` m a coordinate."""
+    random = np.random.default_rng(seed)
+    return Surface(
+        surface.vertices + random.normal(0, noise, surface.vertices.shape), surface.faces
+    )
+
+
+def holed(surface: Surface, centres: Float, radius: float) -> Surface:
+    """Without the faces near any of the centres (k, 3)."""
+    middles = surface.vertices[surface.faces].mean(axis=1)
+    gap = np.linalg.norm(middles[:, None] - centres, axis=2).min(axis=1)
+    return Surface(surface.vertices, surface.faces[gap > radius])
+
+
+def with_turned_faces(surface: Surface, share: float, seed: int = 0) -> Surface:
+    """Some faces, at random, turned round."""
+    turned = np.random.default_rng(seed).random(len(surface.faces)) < share
+    faces = np.where(turned[:, None], surface.faces[:, ::-1], surface.faces)
+    return Surface(surface.vertices, faces)
+
+
+def with_duplicates(surface: Surface, count: int) -> Surface:
+    """The first `count` faces twice."""
+    return Surface(surface.vertices, np.concatenate([surface.faces, surface.faces[:count]]))
+
+
+def with_speck(surface: Surface) -> Surface:
+    """A tiny tetrahedron floating 1 cm beside it."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) * 1e-3
+    corners += surface.bounds[1] + 0.01
+    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]) + len(surface.vertices)
+    return Surface(
+        np.concatenate([surface.vertices, corners]), np.concatenate([surface.faces, faces])
+    )
+
+
+def on_table(surface: Surface, side: float = 0.3, spacing: float = 4e-3) -> Surface:
+    """A square of table at z = 0 around it; nothing is seen below the foot.
+
+    The object's own faces at z = 0 go, and the table ends at a distance of half a spacing from it.
+    """
+    heights = surface.vertices[surface.faces][:, :, 2]
+    own = Surface(surface.vertices, surface.faces[(heights > 1e-9).any(axis=1)])
+    n = round(side / spacing)
+    x, y = np.meshgrid(*(np.linspace(-side / 2, side / 2, n + 1),) * 2, indexing="ij")
+    table = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+    i, j = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")
+    a, b, c, d = ((i + k) * (n + 1) + j + m for k, m in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    faces = np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
+    foot = surface.vertices[surface.vertices[:, 2] < 1e-3]
+    radius = np.linalg.norm(foot[:, :2], axis=1).max()
+    clear = np.linalg.norm(table[:, :2], axis=1) > radius + spacing / 2
+    faces = faces[clear[faces].all(axis=1)]
+    return Surface(
+        np.concatenate([own.vertices, table]),
+        np.concatenate([own.faces, faces + len(own.vertices)]),
+    )
+
+
+def body_count(surface: Surface) -> int:
+    """Pieces that share no vertex."""
+    return int(bodies(surface.faces).max()) + 1
