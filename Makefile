@@ -11,19 +11,19 @@ PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3
 	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
 	&& { echo $$python; break; }; done)
 
-.PHONY: help demo test lint types tests wheel pictures format clean
+.PHONY: help demo test lint types tests web wheel pictures format clean
 
 help:
 	@echo "make demo      the mug felt as a tea cup: scene, warp, report, pictures, in $(DEMO)/"
-	@echo "make test      lint, types, tests and the wheel: what a change must pass"
-	@echo "make format    let ruff mend and format the code"
+	@echo "make test      lint, types, tests, the page and the wheel: what a change must pass"
+	@echo "make format    let ruff and biome mend and format the code"
 	@echo "make pictures  draw the README's pictures anew from the demo"
 	@echo "make clean     remove .venv, built packages and caches"
 
 demo: $(VENV)/.runs
 	$(BIN)/touchwarp demo -o $(DEMO)
 
-test: lint types tests wheel
+test: lint types tests web wheel
 
 lint: $(VENV)/.develops
 	$(BIN)/ruff check .
@@ -38,15 +38,19 @@ tests: $(VENV)/.develops
 wheel: $(VENV)/.develops
 	$(BIN)/python .ci/check_wheel.py
 
-format: $(VENV)/.develops
+web: web/node_modules/.installed
+	cd web && npm run --silent lint && npm run --silent types && npm test --silent
+
+format: $(VENV)/.develops web/node_modules/.installed
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+	cd web && npm run --silent format
 
 pictures: $(VENV)/.runs
 	$(BIN)/python docs/images/draw.py
 
 clean:
-	rm -rf $(VENV) build dist .mypy_cache .pytest_cache .ruff_cache src/*.egg-info
+	rm -rf $(VENV) web/node_modules web/*/dist build dist .mypy_cache .pytest_cache .ruff_cache src/*.egg-info
 
 $(BIN)/python:
 	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed, and none was found: install \
@@ -61,3 +65,9 @@ $(VENV)/.runs: pyproject.toml | $(BIN)/python
 $(VENV)/.develops: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	touch $@ $(VENV)/.runs
+
+web/node_modules/.installed: web/package-lock.json web/package.json web/*/package.json
+	@command -v npm >/dev/null || { echo "Node.js 20.19 or newer, with npm, is needed for the page, \
+	and none was found: install it (https://nodejs.org, or your system's packages)."; exit 1; }
+	cd web && npm ci --silent
+	touch $@
