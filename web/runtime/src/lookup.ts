@@ -15,6 +15,7 @@ export class Lookup {
   private readonly frame = new Float64Array(16);
   private readonly place = new Float64Array(3);
   private readonly slope = new Float64Array(9);
+  private readonly turned = new Float64Array(9);
   private brick = -1;
   private level = 0;
 
@@ -200,15 +201,22 @@ export class Lookup {
       slope[5] = u1 / depth - slope[5]!;
       slope[8] = u2 / depth - slope[8]!;
     }
+    const { turned } = this;
     for (let d = 0; d < 3; d++) {
-      for (let e = 0; e < 3; e++) {
-        let s = 0;
-        for (let g = 0; g < 3; g++) {
-          for (let h = 0; h < 3; h++) {
-            s += R[3 * d + g]! * slope[3 * g + h]! * R[3 * e + h]!;
-          }
-        }
-        slopes[at + 3 * e + d] = s + (d === e ? 1 : 0);
+      const r0 = R[3 * d]!;
+      const r1 = R[3 * d + 1]!;
+      const r2 = R[3 * d + 2]!;
+      for (let h = 0; h < 3; h++) {
+        turned[3 * d + h] = r0 * slope[h]! + r1 * slope[3 + h]! + r2 * slope[6 + h]!;
+      }
+    }
+    for (let e = 0; e < 3; e++) {
+      const r0 = R[3 * e]!;
+      const r1 = R[3 * e + 1]!;
+      const r2 = R[3 * e + 2]!;
+      for (let d = 0; d < 3; d++) {
+        const sum = turned[3 * d]! * r0 + turned[3 * d + 1]! * r1 + turned[3 * d + 2]! * r2;
+        slopes[at + 3 * e + d] = sum + (d === e ? 1 : 0);
       }
     }
   }
