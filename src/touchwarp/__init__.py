@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from touchwarp.check import Report, check
     from touchwarp.errors import (
         GoalError,
+        LiveError,
         OutputError,
         SceneError,
         SolveError,
@@ -70,6 +71,7 @@ _ROOM_OF = {
     "GoalError": "errors",
     "Interaction": "scene",
     "Inverse": "warp",
+    "LiveError": "errors",
     "Objective": "scene",
     "Outer": "scene",
     "OutputError": "errors",
@@ -103,6 +105,7 @@ __all__ = [
     "GoalError",
     "Interaction",
     "Inverse",
+    "LiveError",
     "Objective",
     "Outer",
     "OutputError",
