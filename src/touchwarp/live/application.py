@@ -19,6 +19,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from html import escape
 from pathlib import Path
+from urllib.parse import parse_qs
 
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -95,7 +96,7 @@ def make_application(
         text = "Type the code that the terminal shows."
         secret = request.query_params.get("token", "")
         if request.method == "POST":
-            secret = str((await request.form(max_files=0, max_fields=2)).get("code", ""))
+            secret = await _posted_code(request)
         if secret:
             session = invitation.redeem(secret)
             if session is not None:
@@ -156,6 +157,15 @@ def make_application(
         lifespan=running,
     )
     return Guard(app, local_port, remote, invitation)
+
+
+async def _posted_code(request: Request) -> str:
+    body = b""
+    async for part in request.stream():
+        body += part
+        if len(body) > 1000:
+            raise HTTPException(413, "A code is shorter.")
+    return parse_qs(body.decode("ascii", "replace")).get("code", [""])[0]
 
 
 def _on_this_machine(request: Request, local_port: int) -> None:

@@ -201,7 +201,10 @@ def _join(chunks: list[Path], whole: Path, about: dict[str, Any]) -> None:
     """One Parquet file of many, some thousand rows at a time."""
     metadata = {"touchwarp": json.dumps(about)}
     schema = pq.read_schema(chunks[0]).with_metadata(metadata)
-    with replacing(whole) as temporary, pq.ParquetWriter(temporary, schema, "zstd") as writer:
+    with (
+        replacing(whole) as temporary,
+        pq.ParquetWriter(temporary, schema, compression="zstd") as writer,
+    ):
         waiting: list[pa.Table] = []
         for path in chunks:
             waiting.append(pq.read_table(path).replace_schema_metadata(metadata))
