@@ -22,7 +22,7 @@ IN_ROOMS = [
 ]
 
 # A room may import from itself and from what stands before it.
-FLOW = ("errors", "outputs", "scene", "goals", "solve", "warp", "check", "live", "cli")
+FLOW = ("errors", "outputs", "scene", "goals", "solve", "warp", "hand", "check", "live", "cli")
 NAMELESS = {"util", "utils", "common", "core", "misc", "helper", "helpers"}
 IMPORT_NAMES = {
     "fast-simplification": "fast_simplification",

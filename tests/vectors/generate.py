@@ -3,27 +3,31 @@
     python -m tests.vectors.generate        # from the checkout; writes beside this file
 
 `vectors.safetensors` holds, for each warp: points; u, ∂f and the inverse at them, float64, room
-frame. `carried` is `levels` carried to `carried.pose`.
+frame. `carried` is `levels` carried to `carried.pose`. `hand.*` are hands, see `hands.py`.
 """
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from safetensors.numpy import save_file
 
+from tests.vectors.hands import hand_vectors
 from tests.vectors.warps import GOALS, HALF, NEAR, POSE, write_warps
 from touchwarp.warp.bases import AffineBases
-from touchwarp.warp.file import load_warp
+from touchwarp.warp.file import load_warp, read
 from touchwarp.warp.plane_table import PlaneTableWarp
 from touchwarp.warp.protocol import Warp
 from touchwarp.warp.table import TableWarp
 
 FOLDER = Path(__file__).resolve().parent
 ASIDE = 1e-6
-Arrays = dict[str, NDArray[np.float64]]
+Arrays = dict[str, NDArray[Any]]
 
 
 def table_places() -> NDArray[np.float64]:
@@ -94,11 +98,28 @@ def make_vectors(folder: Path) -> Arrays:
         arrays |= vectors_of(name, warp, points_of(warp))
     carried = load_warp(folder / "levels.warp").at(POSE)  # type: ignore[union-attr]
     points = points_of(carried)
-    return arrays | {"carried.pose": POSE} | vectors_of("carried", carried, points)
+    arrays |= {"carried.pose": POSE} | vectors_of("carried", carried, points)
+    return arrays | hand_vectors(folder)
+
+
+def write_changed_warps(folder: Path) -> None:
+    """The warps, but for those that a folder holds already: their headers' order is not fixed."""
+    with TemporaryDirectory() as name:
+        write_warps(Path(name))
+        for path in Path(name).glob("*.warp"):
+            kept = folder / path.name
+            if not kept.exists() or not same(read(kept), read(path)):
+                shutil.copy(path, kept)
+
+
+def same(a: tuple[dict[str, Any], Any], b: tuple[dict[str, Any], Any]) -> bool:
+    return a[0] == b[0] and all(
+        a[1].keys() == b[1].keys() and np.array_equal(a[1][name], b[1][name]) for name in a[1]
+    )
 
 
 def main() -> None:
-    write_warps(FOLDER)
+    write_changed_warps(FOLDER)
     arrays = {name: np.ascontiguousarray(array) for name, array in make_vectors(FOLDER).items()}
     save_file(arrays, FOLDER / "vectors.safetensors")
     for path in sorted(FOLDER.iterdir()):

@@ -1,10 +1,10 @@
-/** How long the lookup takes for two hands of 25 joints; in Node, on the committed small warps.
+/** How long a frame takes: the lookup of two hands of 25 joints, and two whole hands; in Node.
  *
  * npm run benchmark -w runtime
  */
 
 import { readFileSync } from "node:fs";
-import { AffineBases, parseWarp } from "../dist/index.js";
+import { AffineBases, HandRetargeter, parseWarp } from "../dist/index.js";
 
 const FOLDER = new URL("../../../tests/vectors/", import.meta.url);
 
@@ -62,4 +62,52 @@ if (bases instanceof AffineBases) {
     "a new goal",
     best(() => warp.setGoal("ball", goal)),
   );
+}
+
+/** A tracked hand of the vectors, column-major. */
+function trackedHand() {
+  const bytes = readFileSync(new URL("vectors.safetensors", FOLDER));
+  const length = Number(bytes.readBigUInt64LE(0));
+  const header = JSON.parse(bytes.subarray(8, 8 + length).toString());
+  const begin = 8 + length + header["hand.poses"].data_offsets[0] + 4 * 400;
+  return Float32Array.from({ length: 400 }, (_, n) => {
+    const [joint, i, j] = [n >> 4, n & 3, (n >> 2) & 3];
+    return bytes.readFloatLE(begin + 4 * (16 * joint + 4 * i + j));
+  });
+}
+
+const hand = trackedHand();
+const displayed = new Float32Array(hand.length);
+const ball = {
+  nearest(points, nearest, normals) {
+    for (let n = 0; n < points.length; n += 3) {
+      const scale = 1 / Math.hypot(points[n], points[n + 1], points[n + 2]);
+      for (let d = n; d < n + 3; d++) {
+        normals[d] = points[d] * scale;
+        nearest[d] = 0.05 * normals[d];
+      }
+    }
+  },
+};
+const ways = {
+  points: { mode: "points" },
+  rigid: { mode: "rigid" },
+  fingertips: {},
+  "fingertips, turned": { orientation: "turned" },
+  "fingertips, turned, skin": { orientation: "turned", contact: "skin", surface: ball },
+};
+for (const [name, options] of Object.entries(ways)) {
+  const hands = [0, 1].map(() => new HandRetargeter({ ...options, onset: 0 }));
+  const frame = () => {
+    for (const retargeter of hands) {
+      retargeter.update(levels, hand, null, 0, displayed);
+    }
+  };
+  show(`two hands: ${name}`, best(frame, 500), 200);
+  const before = process.memoryUsage().heapUsed;
+  for (let n = 0; n < 2000; n++) {
+    frame();
+  }
+  const grown = (process.memoryUsage().heapUsed - before) / 2000;
+  console.log(`${"".padEnd(48)} ${Math.max(0, grown).toFixed(0).padStart(8)} bytes a frame`);
 }

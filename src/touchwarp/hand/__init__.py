@@ -1,0 +1,18 @@
+"""Whole hands: a tracked hand in, the displayed hand out; see docs/hands.md."""
+
+from touchwarp.hand.carried import CarriedWarp
+from touchwarp.hand.contact import NearestSurface
+from touchwarp.hand.onset import Onset
+from touchwarp.hand.options import HandOptions
+from touchwarp.hand.retarget import HandRetargeter
+from touchwarp.hand.skeleton import FINGERS, JOINTS
+
+__all__ = [
+    "FINGERS",
+    "JOINTS",
+    "CarriedWarp",
+    "HandOptions",
+    "HandRetargeter",
+    "NearestSurface",
+    "Onset",
+]
