@@ -35,7 +35,9 @@ async function start(): Promise<void> {
     for (const listener of listeners) listener(message);
   });
   tables.update(state);
-  await mountDesk(context);
+  const desk = await mountDesk(context);
+  const xr = await import("./xr/index.js");
+  await xr.mountXr(context, desk.stage);
 }
 
 function socketAddress(): string {

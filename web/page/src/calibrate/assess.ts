@@ -1,6 +1,6 @@
 import { Vector3 } from "three";
 import { effectiveCount, thinContacts } from "./contact.js";
-import type { Pose } from "./pose.js";
+import { type Pose, turnAxes } from "./pose.js";
 import { FINE_CONTACTS, type Fit, placementCost, refine, register, type Task } from "./register.js";
 import { leastKnownTurn, type PoseCovariance, poseCovariance } from "./uncertainty.js";
 
@@ -37,6 +37,8 @@ export type Doubt = "too few touches" | "place" | "turn" | "ambiguous";
 const TURN_CHI2 = 3.84;
 /** Other minima that cost less than this over the best are rivals. */
 const RIVAL_CHI2 = 9;
+/** The grid is too coarse to tell turns smaller than this. */
+const FINE_TURNS_DEG = 14;
 const TURNS_DEG = [2, 4, 6, 8, 10, 14, 20, 30, 45, 60, 75, 90, 105, 120, 135, 150, 165, 180];
 
 /** Where the prop stands, how well that is known, and whether it is known well enough; null for
@@ -51,11 +53,12 @@ export function calibrate(task: Task, limits: Limits = LIMITS): Calibration | nu
   const turned = turnRivals(thinned, fits, turnAxis);
   const bar = costBar(thinned, best, RIVAL_CHI2);
   const others = fits.slice(1).filter((fit) => fit.cost <= bar);
+  const widest = Math.max(0, ...turned.map(({ angle }) => Math.abs(angle)));
+  widenTurn(covariance, turnAxis, task, widest / 1.96);
   const half = (i: number) => 1.96 * Math.sqrt(covariance.toHand.get(i, i));
   const translation95 = new Vector3(half(0), half(1), half(2));
   let turn95 = 0;
   for (let i = 3; i < covariance.toHand.rows; i++) turn95 = Math.max(turn95, half(i));
-  for (const { angle } of turned) turn95 = Math.max(turn95, Math.abs(angle));
   const doubts: Doubt[] = [];
   if (effectiveCount(thinned.contacts, task.tracking) < 2 * covariance.toHand.rows) {
     doubts.push("too few touches");
@@ -76,6 +79,29 @@ export function calibrate(task: Task, limits: Limits = LIMITS): Calibration | nu
     scale: best.scale,
     doubts,
   };
+}
+
+/** Give the turn about `axis` at least this standard deviation: the profile knows better. */
+function widenTurn(
+  { toHand, inRoom }: PoseCovariance,
+  axis: Vector3,
+  task: Task,
+  deviation: number,
+): void {
+  const along = turnAxes(task.freedom, task.up).map((each) => each.dot(axis));
+  let variance = 0;
+  for (const [i, a] of along.entries()) {
+    for (const [j, b] of along.entries()) variance += a * b * toHand.get(3 + i, 3 + j);
+  }
+  const missing = deviation ** 2 - variance;
+  if (missing <= 0) return;
+  for (const matrix of [toHand, inRoom]) {
+    for (const [i, a] of along.entries()) {
+      for (const [j, b] of along.entries()) {
+        matrix.set(3 + i, 3 + j, matrix.get(3 + i, 3 + j) + missing * a * b);
+      }
+    }
+  }
 }
 
 function isElsewhere({ surface }: Task, one: Pose, other: Pose, limits: Limits): boolean {
@@ -100,15 +126,20 @@ function turnRivals(task: Task, fits: Fit[], axis: Vector3): { angle: number; fi
   const best = fits[0]!;
   const few = { ...task, contacts: thinContacts(task.contacts, 100) };
   const pivot = best.pose.toRoom(task.surface.centre);
-  const cost = (fit: Fit) => placementCost(few, fit, best.scale, true);
-  const ground = refine(few, best, { hold: true, coarse: true });
-  const bar = costBar(few, { ...ground, scale: best.scale, cost: cost(ground) }, TURN_CHI2);
+  const bars = [false, true].map((coarse) => {
+    const ground = refine(few, best, { hold: true, coarse });
+    const cost = placementCost(few, ground, best.scale, coarse);
+    return costBar(few, { ...ground, scale: best.scale, cost }, TURN_CHI2);
+  });
   const rivals: { angle: number; fit: Fit }[] = [];
   for (const degrees of TURNS_DEG.flatMap((size) => (size < 180 ? [size, -size] : [size]))) {
+    const coarse = Math.abs(degrees) > FINE_TURNS_DEG;
     const angle = (degrees * Math.PI) / 180;
     const pose = best.pose.moved(axis.clone().multiplyScalar(angle), pivot, new Vector3());
-    const fit = refine(few, { ...best, pose }, { hold: true, coarse: true });
-    if (cost(fit) <= bar) rivals.push({ angle, fit });
+    const fit = refine(few, { ...best, pose }, { hold: true, coarse });
+    if (placementCost(few, fit, best.scale, coarse) <= bars[Number(coarse)]!) {
+      rivals.push({ angle, fit });
+    }
   }
   return rivals;
 }

@@ -67,7 +67,7 @@ export class DistanceField {
 }
 
 function clamp(x: number): number {
-  return x < 0 ? 0 : x > CELLS - 1 ? CELLS - 1 : x;
+  return Math.min(Math.max(x, 0), CELLS - 1);
 }
 
 const inside = new Vector3();
