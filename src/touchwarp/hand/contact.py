@@ -67,7 +67,8 @@ def slope_of(shown, width, J):
 def turn_of(J, R):
     """R (3, 3): the rotation nearest to J, by turning on from the identity (Müller et al. 2016).
 
-    Every sweep is continuous in J, so R is, also where J is singular or mirrors.
+    Every sweep is continuous in J, so R is, also where J is singular; only where J mirrors, by more
+    than it stretches elsewhere, is there no one nearest rotation.
     """
     R[:] = 0.0
     R[0, 0] = R[1, 1] = R[2, 2] = 1.0

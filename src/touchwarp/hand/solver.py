@@ -8,8 +8,8 @@ tracked hand, so that nothing moves where nothing is asked for. They minimise
 with angles beyond their limits held back by a stiff spring and cut off in the end. Steps are
 Gauss–Newton's: finger i gives way by its compliance C_i = I / w_i + F_i G⁻¹ F_iᵀ (3 × 3; F_i the
 motion of its tip by its angles, G their stiffness), which leaves six equations for the palm.
-What the stiffness has held back is added to the targets halfway (iterated Tikhonov), so that tips
-which can be reached are, and ones which cannot make no joint swing.
+Once settled, what the stiffness has held back is added to the targets (iterated Tikhonov) and the
+steps go on, so that tips which can be reached are, and ones which cannot make no joint swing.
 
 There is no memory of the last frame: equal input gives equal output, and a lost or late frame
 leaves no trace. The sums are written out since they run at every frame.
@@ -31,8 +31,12 @@ from touchwarp.hand.kinematics import (
     turn_by,
 )
 
-STEPS = 6
-"""Gauss–Newton steps; the greatest change by further ones is in docs/hands.md."""
+STEPS = 24
+"""Gauss–Newton steps at most; where tips should move little, 3 to 5 do."""
+
+SETTLED = 1e-5
+"""rad, and shares of 0.1 m: a step as small as that is the last one before and after the halt at
+which what has been held back is added to the targets."""
 
 FLEX, ABDUCT = 6e-3, 1e-2
 """m/rad: what bending a joint costs, as the miss of a fingertip that costs as much."""
@@ -45,6 +49,11 @@ TURN = 1e-2
 
 LIMIT = 0.2
 """m/rad: the spring beyond a limit."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def norm(x, y, z):
+    return math.sqrt(x * x + y * y + z * z)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -76,7 +85,12 @@ def solve_hand(
     P[:] = 0.0
     P[0, 0] = P[1, 1] = P[2, 2] = 1.0
 
+    largest, halts = math.inf, 0
     for step in range(STEPS):
+        if largest < SETTLED and halts > 0:
+            break
+        halt = halts == 0 and (largest < SETTLED or step == STEPS // 2)
+        halts += int(halt)
         A[:] = 0.0
         for d in range(3):
             A[d, d] = SHIFT * SHIFT
@@ -93,10 +107,15 @@ def solve_hand(
             place(chain, i, palm_turn, palm_shift, centre, q[i], turns, joints, moved_axes)
             for d in range(3):
                 residual[i, d] = target[i, d] - joints[3, d]
-                if step == STEPS // 2:
+                if halt:
                     held[i, d] = residual[i, d]
                 residual[i, d] += held[i, d]
                 arm[i, d] = joints[3, d] - centre[d] - palm_shift[d]
+            # how far the tip's path bends away from its tangent, which Gauss–Newton does not know
+            miss = weight[i] * norm(residual[i, 0], residual[i, 1], residual[i, 2])
+            damping = miss * norm(arm[i, 0], arm[i, 1], arm[i, 2])
+            for d in range(3):
+                A[3 + d, 3 + d] += damping
             for n in range(4):
                 stiffness = ABDUCT * ABDUCT if n == 1 else FLEX * FLEX
                 pull = stiffness * q[i, n]
@@ -104,12 +123,13 @@ def solve_hand(
                 if beyond != 0.0:
                     stiffness += LIMIT * LIMIT
                     pull += LIMIT * LIMIT * beyond
-                G[i, n] = stiffness
-                rest[i, n] = pull / stiffness
                 j = max(n - 1, 0)
                 x = joints[3, 0] - joints[j, 0]
                 y = joints[3, 1] - joints[j, 1]
                 z = joints[3, 2] - joints[j, 2]
+                stiffness += miss * norm(x, y, z)
+                G[i, n] = stiffness
+                rest[i, n] = pull / stiffness
                 F[i, 0, n] = moved_axes[n, 1] * z - moved_axes[n, 2] * y
                 F[i, 1, n] = moved_axes[n, 2] * x - moved_axes[n, 0] * z
                 F[i, 2, n] = moved_axes[n, 0] * y - moved_axes[n, 1] * x
@@ -132,6 +152,9 @@ def solve_hand(
                 for d in range(3):
                     b[m] += PW[m, d] * residual[i, d]
         solve_definite(A, b)
+        largest = 0.0
+        for d in range(3):
+            largest = max(largest, 10.0 * abs(b[d]), abs(b[3 + d]))
         for i in range(5):
             if weight[i] <= 0.0:
                 continue
@@ -140,12 +163,14 @@ def solve_hand(
             residual[i, 1] -= b[1] - arm[i, 2] * b[3] + arm[i, 0] * b[5]
             residual[i, 2] -= b[2] + arm[i, 1] * b[3] - arm[i, 0] * b[4]
             for n in range(4):
-                q[i, n] -= rest[i, n]
+                bend = -rest[i, n]
                 for d in range(3):
                     force = 0.0
                     for e in range(3):
                         force += W[i, d, e] * residual[i, e]
-                    q[i, n] += F[i, d, n] * force / G[i, n]
+                    bend += F[i, d, n] * force / G[i, n]
+                q[i, n] += bend
+                largest = max(largest, abs(bend))
         for d in range(3):
             palm_shift[d] += b[d]
         turn_by(b[3:], increment)

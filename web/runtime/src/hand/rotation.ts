@@ -98,7 +98,8 @@ const turned = new Float64Array(9);
 /**
  * R = the rotation nearest to J (row by row), by turning on from the identity (Müller et al. 2016).
  *
- * Every sweep is continuous in J, so R is, also where J is singular or mirrors.
+ * Every sweep is continuous in J, so R is, also where J is singular; only where J mirrors, by more
+ * than it stretches elsewhere, is there no one nearest rotation.
  */
 export function turnOf(J: Float64Array, R: Float64Array): void {
   setIdentity(R);

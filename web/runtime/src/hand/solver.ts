@@ -9,8 +9,8 @@
  * with angles beyond their limits held back by a stiff spring and cut off in the end. Steps are
  * Gauss–Newton's: finger i gives way by its compliance C_i = I / w_i + F_i G⁻¹ F_iᵀ (3 × 3; F_i the
  * motion of its tip by its angles, G their stiffness), which leaves six equations for the palm.
- * What the stiffness has held back is added to the targets halfway (iterated Tikhonov), so that tips
- * which can be reached are, and ones which cannot make no joint swing.
+ * Once settled, what the stiffness has held back is added to the targets (iterated Tikhonov) and the
+ * steps go on, so that tips which can be reached are, and ones which cannot make no joint swing.
  *
  * There is no memory of the last frame. The Python library is the reference: docs/hands.md.
  */
@@ -25,8 +25,13 @@ import {
   turnBy,
 } from "./rotation.js";
 
-/** Gauss–Newton steps; the greatest change by further ones is in docs/hands.md. */
-const STEPS = 6;
+/** Gauss–Newton steps at most; where tips should move little, 3 to 5 do. */
+const STEPS = 24;
+/**
+ * rad, and shares of 0.1 m: a step as small as that is the last one before and after the halt at
+ * which what has been held back is added to the targets.
+ */
+const SETTLED = 1e-5;
 /** (m/rad)²: what bending and spreading a joint cost, per squared miss of a fingertip. */
 const FLEX = 6e-3 ** 2;
 const ABDUCT = 1e-2 ** 2;
@@ -81,6 +86,8 @@ export class HandSolver {
   private readonly A = new Float64Array(36);
   private readonly b = new Float64Array(6);
   private readonly theta = new Float64Array(3);
+  /** The greatest part of the last step. */
+  private largest = 0;
 
   /** The displayed hand, from the tracked one. */
   solve(): void {
@@ -89,15 +96,24 @@ export class HandSolver {
     held.fill(0);
     palmShift.set(this.shift);
     palmTurn.set(this.turn);
+    this.largest = Number.POSITIVE_INFINITY;
+    let halts = 0;
     for (let step = 0; step < STEPS; step++) {
+      const settled = this.largest < SETTLED;
+      if (settled && halts > 0) {
+        break;
+      }
+      const halt = halts === 0 && (settled || step === STEPS / 2);
+      halts += halt ? 1 : 0;
       this.beginPalm();
       for (let i = 0; i < 5; i++) {
         if (this.weight[i]! > 0) {
-          this.linearise(i, step === STEPS / 2);
+          this.linearise(i, halt);
           this.addToPalm(i);
         }
       }
       solveSymmetric(this.A, this.b, 6);
+      this.largest = 0;
       for (let i = 0; i < 5; i++) {
         if (this.weight[i]! > 0) {
           this.bend(i);
@@ -106,6 +122,7 @@ export class HandSolver {
       const { b, one, other } = this;
       for (let d = 0; d < 3; d++) {
         palmShift[d] = palmShift[d]! + b[d]!;
+        this.largest = Math.max(this.largest, 10 * Math.abs(b[d]!), Math.abs(b[3 + d]!));
       }
       turnBy(b[3]!, b[4]!, b[5]!, one);
       multiply(one, palmTurn, other);
@@ -178,6 +195,13 @@ export class HandSolver {
       residual[3 * i + d] = miss + held[3 * i + d]!;
       arm[3 * i + d] = joints[9 + d]! - this.centre[d]! - this.palmShift[d]!;
     }
+    // how far the tip's path bends away from its tangent, which Gauss–Newton does not know
+    const miss =
+      this.weight[i]! * norm(residual[3 * i]!, residual[3 * i + 1]!, residual[3 * i + 2]!);
+    const damping = miss * norm(arm[3 * i]!, arm[3 * i + 1]!, arm[3 * i + 2]!);
+    for (let d = 3; d < 6; d++) {
+      this.A[7 * d] = this.A[7 * d]! + damping;
+    }
     for (let n = 0; n < 4; n++) {
       const angle = q[4 * i + n]!;
       let stiffness = n === 1 ? ABDUCT : FLEX;
@@ -187,12 +211,13 @@ export class HandSolver {
         stiffness += LIMIT;
         pull += LIMIT * beyond;
       }
-      G[4 * i + n] = stiffness;
-      rest[4 * i + n] = pull / stiffness;
       const j = 3 * Math.max(n - 1, 0);
       const x = joints[9]! - joints[j]!;
       const y = joints[10]! - joints[j + 1]!;
       const z = joints[11]! - joints[j + 2]!;
+      stiffness += miss * norm(x, y, z);
+      G[4 * i + n] = stiffness;
+      rest[4 * i + n] = pull / stiffness;
       const [a0, a1, a2] = [moved[3 * n]!, moved[3 * n + 1]!, moved[3 * n + 2]!];
       F[12 * i + n] = a1 * z - a2 * y;
       F[12 * i + 4 + n] = a2 * x - a0 * z;
@@ -249,7 +274,9 @@ export class HandSolver {
     const f2 = W[w + 6]! * r0 + W[w + 7]! * r1 + W[w + 8]! * r2;
     for (let n = 0; n < 4; n++) {
       const force = F[12 * i + n]! * f0 + F[12 * i + 4 + n]! * f1 + F[12 * i + 8 + n]! * f2;
-      q[4 * i + n] = q[4 * i + n]! - rest[4 * i + n]! + force / G[4 * i + n]!;
+      const bend = force / G[4 * i + n]! - rest[4 * i + n]!;
+      q[4 * i + n] = q[4 * i + n]! + bend;
+      this.largest = Math.max(this.largest, Math.abs(bend));
     }
   }
 
@@ -275,6 +302,10 @@ export class HandSolver {
     const at = 8 * i + 2 * n;
     return Math.min(Math.max(this.q[4 * i + n]!, this.bounds[at]!), this.bounds[at + 1]!);
   }
+}
+
+function norm(x: number, y: number, z: number): number {
+  return Math.sqrt(x * x + y * y + z * z);
 }
 
 /** out[at…] = M⁻¹ of a positive definite 3 × 3 matrix. */
