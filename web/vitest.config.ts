@@ -3,5 +3,8 @@ import { defineConfig } from "vitest/config";
 export default defineConfig({
   resolve: { conditions: ["source"] },
   ssr: { resolve: { conditions: ["source"] } },
-  test: { include: ["runtime/test/**/*.test.ts", "page/test/**/*.test.ts"] },
+  test: {
+    testTimeout: 60_000, // on a busy machine
+    include: ["runtime/test/**/*.test.ts", "page/test/**/*.test.ts"],
+  },
 });

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from touchwarp.live.messages import WarpFile
 from touchwarp.warp import AffineBases, TableWarp
-from touchwarp.warp.file import read
+from touchwarp.warp.bases import combined_error
+from touchwarp.warp.coarse_values import level_errors, with_coarse_values
+from touchwarp.warp.file import read, write_warp
 
 
 @dataclass(frozen=True)
@@ -29,11 +34,22 @@ def publish_bases(bases: AffineBases, folder: Path) -> Published:
     return _publish(bases, folder, "bases", bases.meta.estimated_error_max_mm)
 
 
+def greatest_length(lost: NDArray[np.float64]) -> float:
+    """The greatest |u| of rows (n, 3)."""
+    return float(np.sqrt((lost**2).sum(axis=-1).max(initial=0.0)))
+
+
 def _publish(
     table: TableWarp | AffineBases, folder: Path, ending: str, estimate: float | None
 ) -> Published:
     path = folder / f"new.{ending}"
-    table.save(path, "float16")
+    bricks = with_coarse_values(table.bricks)
+    if isinstance(table, AffineBases):
+        errors = level_errors(bricks, lambda lost: combined_error(lost, table.meta))
+    else:
+        errors = level_errors(bricks, greatest_length)
+    notes = table.meta.notes | {"level_errors_mm": [1e3 * error for error in errors]}
+    write_warp(path, bricks, replace(table.meta, notes=notes), "float16")
     with path.open("rb") as file:
         identity = hashlib.file_digest(file, "sha256").hexdigest()[:16]
     document, _ = read(path)

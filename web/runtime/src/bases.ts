@@ -7,6 +7,7 @@
 
 import type { Bricks } from "./bricks.js";
 import { GoalError } from "./errors.js";
+import { addedError } from "./meta.js";
 import { TableWarp } from "./table.js";
 import type { Matrix, WarpMeta } from "./warp.js";
 
@@ -46,6 +47,11 @@ export class AffineBases {
 
   get levelCount(): number {
     return this.bricks.levelCount;
+  }
+
+  /** As `Warp.addedErrorMm`, over the stated range of goals. */
+  get addedErrorMm(): number {
+    return addedError(this.meta, this.levelsLoaded, this.levelCount);
   }
 
   /**

@@ -37,6 +37,7 @@ export function readMeta(document: Record<string, unknown>, tensor: ReadTensor):
     estimatedErrorMaxMm: numberOrNull(document, "estimated_error_max_mm"),
     estimatedErrorRmsMm: numberOrNull(document, "estimated_error_rms_mm"),
     storageErrorMm: number(document, "storage_error_mm"),
+    levelErrorsMm: levelErrors(record(document, "notes")),
     screening: number(document, "screening"),
     goals: new Map(
       Object.entries(record(document, "goals")).map(([name, rows]) => [
@@ -83,6 +84,17 @@ function number(document: Record<string, unknown>, name: string): number {
     throw new Error(`Its ${name} is ${JSON.stringify(value)}; a number is needed.`);
   }
   return value;
+}
+
+function levelErrors(notes: Record<string, unknown>): readonly number[] {
+  const errors = notes.level_errors_mm;
+  return Array.isArray(errors) && errors.every(Number.isFinite) ? (errors as number[]) : [];
+}
+
+/** What u is off by with the levels loaded; NaN where some are not and the file does not tell. */
+export function addedError(meta: WarpMeta, levelsLoaded: number, levelCount: number): number {
+  const missing = meta.levelErrorsMm[levelsLoaded - 1];
+  return meta.storageErrorMm + (levelsLoaded === levelCount ? 0 : (missing ?? Number.NaN));
 }
 
 function record(document: Record<string, unknown>, name: string): Record<string, unknown> {

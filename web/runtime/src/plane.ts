@@ -55,6 +55,10 @@ export class PlaneWarp implements Warp {
     this.place(Float64Array.of(1, 0, 0, 0, 1, 0, 0, 0, 1));
   }
 
+  get addedErrorMm(): number {
+    return this.meta.storageErrorMm;
+  }
+
   displayed(points: Points, out: Points): void {
     checkRows(points, out, 2, 2);
     this.evaluate(points, true, out, null);

@@ -1,6 +1,7 @@
 import type { Bricks } from "./bricks.js";
 import { searchInverse } from "./inverse.js";
 import { Lookup } from "./lookup.js";
+import { addedError } from "./meta.js";
 import { checkRigid } from "./rigid.js";
 import { RootSearch } from "./roots.js";
 import type { Matrix, Points, Warp, WarpMeta } from "./warp.js";
@@ -26,6 +27,10 @@ export class TableWarp implements Warp {
 
   get levelCount(): number {
     return this.lookup.bricks.levelCount;
+  }
+
+  get addedErrorMm(): number {
+    return addedError(this.meta, this.levelsLoaded, this.levelCount);
   }
 
   get maxDisplacement(): number {

@@ -39,6 +39,9 @@ export interface WarpMeta {
   readonly estimatedErrorRmsMm: number | null;
   /** The greatest |u| lost by storing float16; 0 for float32. */
   readonly storageErrorMm: number;
+  /** By how much u is off at most with the levels up to each one; empty where the file does not
+   * tell. In bases, over their stated range. */
+  readonly levelErrorsMm: readonly number[];
   /** λ as it enters Δu = λu, in m⁻². */
   readonly screening: number;
   /** Affine goals by prop, column-major, scene to scene, where known. */
@@ -61,6 +64,11 @@ export interface Warp {
   /** Levels of detail that lookups use now; grows while a file arrives. */
   readonly levelsLoaded: number;
   readonly levelCount: number;
+  /**
+   * A bound on what u is off by for being stored as float16, and while levels are on their way for
+   * their absence; NaN where the file does not tell.
+   */
+  readonly addedErrorMm: number;
   /** The greatest |u| of the levels loaded, m. The first call after a change reads the table. */
   readonly maxDisplacement: number;
   /**

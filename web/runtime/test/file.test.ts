@@ -219,6 +219,36 @@ describe("a file that arrives", () => {
     }
   });
 
+  test("tells what is missing", () => {
+    const bytes = withMeta(LEVELS, (meta) => {
+      meta.notes = { level_errors_mm: [4, 2, 1, 0] };
+      meta.storage_error_mm = 0.5;
+    });
+    const file = new WarpFile("levels.warp");
+    const added = new Map<number, number>();
+    for (let at = 0; at < bytes.length; at += 1000) {
+      file.push(bytes.subarray(at, at + 1000));
+      if (at === 4000) {
+        file.pushTail(bytes.subarray(...file.tail!));
+      }
+      const warp = file.warp as TableWarp | null;
+      if (warp) {
+        added.set(warp.levelsLoaded, warp.addedErrorMm);
+      }
+    }
+    expect([...added]).toEqual([
+      [1, 4.5],
+      [2, 2.5],
+      [3, 1.5],
+      [4, 0.5],
+    ]);
+    expect(parseWarp(LEVELS).addedErrorMm).toBe(0);
+    const untold = new WarpFile("levels.warp");
+    untold.push(LEVELS.subarray(0, 15_000));
+    untold.pushTail(LEVELS.subarray(...untold.tail!));
+    expect(untold.warp?.addedErrorMm).toBeNaN();
+  });
+
   test("gives NaN where a brick leaves all to children that have not come", () => {
     const file = new WarpFile("half.warp");
     const bytes = fileBytes("half.warp");
