@@ -2,13 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import shutil
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
+import touchwarp as tw
 from tests.browser.chromium import FLAGS, obtain_chromium
+from tests.browser.server import Server
+
+SCENE = """\
+# a ball on a table, felt 15 mm beside where it is and larger
+[objective]
+tolerance_mm = 0.5
+
+[[prop]]
+name = "ball"
+shape = { kind = "ellipsoid", size = [0.1, 0.1, 0.1] }
+pose = { position = [0, 0, 0.06] }
+
+[prop.goal]
+kind = "transform"
+scale = [1.2, 1.2, 1.1]
+translation = [0.015, 0, 0]    # to the right
+
+[[fixed]]
+name = "table"
+plane = { point = [0, 0, 0], normal = [0, 0, 1] }
+"""
 
 SHOTS = Path(__file__).resolve().parents[2] / "build" / "screenshots"
 
@@ -27,10 +50,13 @@ def chromium(pytestconfig: pytest.Config) -> Iterator[Browser]:
 
 
 @pytest.fixture
-def page(chromium: Browser) -> Iterator[Page]:
-    """A fresh tab, 1440 × 900; errors that its scripts throw or log fail the test."""
+def page(chromium: Browser, serve: Callable[[Path], Server]) -> Iterator[Page]:
+    """A fresh tab, 1100 × 680; errors that its scripts throw or log fail the test.
+
+    It is closed before servers end (hence `serve`), so that it does not miss them.
+    """
     context = chromium.new_context(
-        viewport={"width": 1440, "height": 900}, ignore_https_errors=True
+        viewport={"width": 1100, "height": 680}, ignore_https_errors=True
     )
     tab = context.new_page()
     tab.set_default_timeout(20_000)
@@ -49,3 +75,37 @@ def screenshots() -> Path:
     """A folder, outside version control, where tests leave pictures to look at."""
     SHOTS.mkdir(parents=True, exist_ok=True)
     return SHOTS
+
+
+@pytest.fixture
+def serve(tmp_path: Path) -> Iterator[Callable[[Path], Server]]:
+    """Starts `touchwarp view` for a scene or a warp; what was started is ended."""
+    started: list[Server] = []
+
+    def start(path: Path) -> Server:
+        server = Server(path)
+        started.append(server)
+        server.start()
+        return server
+
+    yield start
+    for server in started:
+        server.stop()
+
+
+@pytest.fixture(scope="session")
+def ball_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A scene that is quick to solve, solved: ball.toml, ball.warp and ball.bases; copy it."""
+    folder = tmp_path_factory.mktemp("ball-scene")
+    path = folder / "ball.toml"
+    path.write_text(SCENE)
+    scene = tw.load_scene(path)
+    tw.solve(scene).save(path.with_suffix(".warp"))
+    tw.solve_bases(scene).save(path.with_suffix(".bases"))
+    return folder
+
+
+@pytest.fixture
+def ball(ball_folder: Path, tmp_path: Path) -> Path:
+    """The scene file, in a folder of its own."""
+    return Path(shutil.copytree(ball_folder, tmp_path / "scene")) / "ball.toml"

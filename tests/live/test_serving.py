@@ -67,7 +67,7 @@ def test_it_serves_this_machine_and_a_headset_and_ends_by_ctrl_c(
 
 def test_a_taken_port_is_told() -> None:
     first = listen("127.0.0.1", 0)
-    with first, pytest.raises(LiveError, match="cannot be used .*choose another by --port"):
+    with first, pytest.raises(LiveError, match=r"cannot be used .*choose another by --port"):
         listen("127.0.0.1", first.getsockname()[1])
 
 

@@ -6,9 +6,11 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-MOST_FACES = 30_000
-DIVISIONS_ALONG = 60
+MOST_FACES = 20_000
+DIVISIONS_ALONG = 45
 """Edges longer than the object over this are divided."""
+CREASE = np.radians(35.0)
+"""Across edges that turn by more, vertices are doubled: there the shading breaks."""
 
 
 def pack_surface(
@@ -29,6 +31,7 @@ def pack_surface(
         both, faces = _thinned(both, faces)
     else:
         both, faces = _divided(both, faces)
+    both, faces = _creased(both, faces)
     head = np.array([len(both), len(faces)], "<u4")
     parts = (head, both[:, :3].astype("<f4"), both[:, 3:].astype("<f4"), faces.astype("<u4"))
     return b"".join(np.ascontiguousarray(part).tobytes() for part in parts)
@@ -66,3 +69,17 @@ def _divided(
         longest *= 1.5
     points, index = np.unique(np.round(fine, 9), axis=0, return_inverse=True)
     return points, index.reshape(-1)[few]
+
+
+def _creased(
+    both: NDArray[np.float64], faces: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Vertices doubled along sharp edges of the prop, one for each smooth part that meets there."""
+    mesh = trimesh.Trimesh(both[:, :3], faces, process=False)
+    smooth = mesh.face_adjacency[mesh.face_adjacency_angles < CREASE]
+    part = trimesh.graph.connected_component_labels(  # type: ignore[no-untyped-call]
+        smooth, node_count=len(faces)
+    )
+    corners = np.stack([faces.ravel(), np.repeat(part, 3)], axis=1)
+    kept, index = np.unique(corners, axis=0, return_inverse=True)
+    return both[kept[:, 0]], index.reshape(-1, 3)

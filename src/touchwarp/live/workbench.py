@@ -108,7 +108,7 @@ class Workbench:
             self._revision += 1
             self._changed.notify_all()
         if self._thread.is_alive():
-            self._thread.join(timeout=30.0)
+            self._thread.join(timeout=5.0)
 
     @property
     def state(self) -> SceneState:

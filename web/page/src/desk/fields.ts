@@ -120,19 +120,18 @@ export function scaleOf(
   return { low: 0, high: Math.max(high, 1e-3) };
 }
 
-/** Colours of triangle corners, linear RGB. */
-export function colourCorners(
+/** Colours of vertices, linear RGB. */
+export function colourVertices(
   field: Field,
   scale: Scale,
   values: Float32Array,
-  faces: Uint32Array,
   out: Float32Array,
 ): void {
   const steps = paletteOf(field);
-  for (let i = 0; i < faces.length; i++) {
-    const share = (values[faces[i]!]! - scale.low) / (scale.high - scale.low);
+  for (let n = 0; n < values.length; n++) {
+    const share = (values[n]! - scale.low) / (scale.high - scale.low);
     const step = Math.round(255 * Math.min(1, Math.max(0, Number.isFinite(share) ? share : 1)));
-    out.set(steps.subarray(3 * step, 3 * step + 3), 3 * i);
+    for (let d = 0; d < 3; d++) out[3 * n + d] = steps[3 * step + d]!;
   }
 }
 

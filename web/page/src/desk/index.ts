@@ -1,7 +1,7 @@
 import { Box3, Color, Group, Mesh, MeshBasicMaterial, Plane, SphereGeometry, Vector3 } from "three";
 import type { Context } from "../context.js";
 import type { CheckLine, FromServer, Placement, Progress, Task } from "../live/messages.js";
-import { colourCorners, evaluate, FIELDS, type FieldName, type Scale, scaleOf } from "./fields.js";
+import { colourVertices, evaluate, FIELDS, type FieldName, type Scale, scaleOf } from "./fields.js";
 import { Gizmo, goalOf } from "./gizmo.js";
 import { ALL, showIn } from "./layers.js";
 import { boxAround, PropObject, planeObject } from "./objects.js";
@@ -37,6 +37,7 @@ export class Desk {
   #progress = new Map<Task, Progress>();
   #failures = new Map<Task, string>();
   #note = "";
+  #weightShare: number | null = null;
   #painted = "";
   #loading = false;
   #connected = true;
@@ -86,6 +87,8 @@ export class Desk {
     );
     this.#tables.clear();
     for (const plane of state.planes) this.#tables.add(planeObject(plane, around));
+    const [low, high] = state.outer_box;
+    this.probe.reach.set(new Vector3(...low), new Vector3(...high)).expandByScalar(1e-4);
     this.#slice.box = this.#sliceBox(around);
     for (const prop of props) {
       if (prop.state.placement) this.#placements.set(prop.state.name, prop.state.placement);
@@ -196,7 +199,7 @@ export class Desk {
     );
     const scale = scaleOf(field.name, values, state.tolerance_mm);
     this.#props.forEach((prop, i) => {
-      colourCorners(field, scale, values[i]!, prop.surface.faces, prop.colours);
+      colourVertices(field, scale, values[i]!, prop.colours);
       prop.paint(null);
     });
     if (scale.low !== this.#scale.low || scale.high !== this.#scale.high) this.#askPanel();
@@ -328,6 +331,7 @@ export class Desk {
         failures: this.#failures,
         note: this.#note,
         chosen: this.#chosen,
+        weightShare: this.#weightShare,
         connected: this.#connected,
       },
       {
@@ -357,7 +361,12 @@ export class Desk {
           this.#gizmo.set(placement, true);
           refresh();
         },
+        weightTold: (share) => {
+          this.#weightShare = share;
+          this.#askPanel();
+        },
         weight: (value) => {
+          this.#weightShare = null;
           this.#context.connection?.send({ kind: "change_scene", mismatch_weight: value });
         },
         save: () => {

@@ -12,9 +12,10 @@ import {
   Quaternion,
   Vector3,
 } from "three";
+import { acceleratedRaycast, MeshBVH } from "three-mesh-bvh";
 import type { Plane, PropState } from "../live/messages.js";
 import { columns } from "../live/tables.js";
-import { fetchSurface, geometryOf, type PackedSurface, vertexNormals } from "../world/surface.js";
+import { fetchSurface, geometryOf, type PackedSurface } from "../world/surface.js";
 import { ALL, FELT, SEEN, showIn, TOGETHER } from "./layers.js";
 
 /** A prop, its ghost, and its virtual object. */
@@ -33,9 +34,9 @@ export class PropObject {
     const geometry = geometryOf(surface.prop, surface.faces);
     geometry.setAttribute(
       "color",
-      new BufferAttribute(new Float32Array(3 * surface.faces.length).fill(1), 3),
+      new BufferAttribute(new Float32Array(surface.prop.length).fill(1), 3),
     );
-    this.normals = vertexNormals(surface.prop, surface.faces);
+    this.normals = geometry.getAttribute("normal").array as Float32Array;
     const solid = new MeshStandardMaterial({ roughness: 0.75, side: DoubleSide });
     this.prop = new Mesh(geometry, solid);
     const faint = { color: 0x3a4654, transparent: true, opacity: 0.16, depthWrite: false };
@@ -46,6 +47,8 @@ export class PropObject {
     this.virtual = new Mesh(shown, china);
     this.virtual.matrixAutoUpdate = false;
     for (const mesh of [this.prop, this.virtual]) {
+      mesh.geometry.boundsTree ??= new MeshBVH(mesh.geometry, { indirect: true });
+      mesh.raycast = acceleratedRaycast;
       mesh.castShadow = true;
       mesh.receiveShadow = true;
     }
@@ -69,7 +72,7 @@ export class PropObject {
     this.virtual.matrixWorldNeedsUpdate = true;
   }
 
-  /** Colours of the prop's corners, to be changed in place; see `paint`. */
+  /** Colours of the prop's vertices, to be changed in place; see `paint`. */
   get colours(): Float32Array {
     return this.prop.geometry.getAttribute("color").array as Float32Array;
   }

@@ -27,6 +27,8 @@ export interface Shown {
   readonly note: string;
   readonly chosen: CheckLine | null;
   readonly connected: boolean;
+  /** Of the λ slider, while it is being dragged. */
+  readonly weightShare: number | null;
 }
 
 /** What a person can do in it. */
@@ -37,6 +39,7 @@ export interface Actions {
   gizmo(mode: GizmoMode): void;
   choose(prop: string): void;
   place(placement: Placement): void;
+  weightTold(share: number): void;
   weight(value: number): void;
   save(): void;
   check(line: CheckLine): void;
@@ -90,7 +93,7 @@ function panel(context: Context, shown: Shown, act: Actions): TemplateResult {
     </section>
     <section>
       <h2>Locality <span class="symbol">λ</span></h2>
-      ${weight(context, act)}
+      ${weight(context, shown, act)}
     </section>
     <section>
       <h2>Certificate</h2>
@@ -209,18 +212,17 @@ function numbers(
   </tr>`;
 }
 
-function weight(context: Context, act: Actions): TemplateResult {
+function weight(context: Context, shown: Shown, act: Actions): TemplateResult {
   const { state } = context;
-  const told = (share: number) => (share === 0 ? "0" : number(weightAt(share)));
-  const input = (event: Event) => {
-    const slider = event.target as HTMLInputElement;
-    slider.parentElement!.querySelector("output")!.textContent = told(Number(slider.value));
-  };
+  const share = shown.weightShare ?? shareOf(state.mismatch_weight);
+  const told = shown.weightShare === null ? state.mismatch_weight : weightAt(share);
+  const at = (event: Event) => Number((event.target as HTMLInputElement).value);
   return html`<label class="slider">
-      <input name="weight" type="range" min="0" max="1" step="0.01" .value=${String(shareOf(state.mismatch_weight))}
-        ?disabled=${!state.solvable} @input=${input}
-        @change=${(e: Event) => act.weight(weightAt(Number((e.target as HTMLInputElement).value)))} />
-      <output>${number(state.mismatch_weight)}</output>
+      <input name="weight" type="range" min="0" max="1" step="0.01" .value=${String(share)}
+        ?disabled=${!state.solvable}
+        @input=${(event: Event) => act.weightTold(at(event))}
+        @change=${(event: Event) => act.weight(weightAt(at(event)))} />
+      <output>${number(told)}</output>
     </label>
     <p class="quiet">
       0 is the smoothest warp; larger keeps the displacement nearer the prop.

@@ -1,4 +1,4 @@
-import { Matrix4, Plane, type Ray, Raycaster, Vector3 } from "three";
+import { Box3, Matrix4, Plane, type Ray, Raycaster, Vector3 } from "three";
 import type { Warp } from "touchwarp";
 import { HandPicture } from "../world/hand_picture.js";
 import { INDEX_TIP, pointingPoses, pointingRadii } from "../world/pointing_hand.js";
@@ -19,6 +19,8 @@ export class Probe {
   readonly displayed = new HandPicture(0xd9a07a);
   readonly ghost = new HandPicture(0x3a4654, 0.22);
   reading: Reading | null = null;
+  /** Beyond it no table is touched. */
+  readonly reach = new Box3();
   pinned = false;
 
   readonly realPoses = pointingPoses();
@@ -61,7 +63,7 @@ export class Probe {
   ): void {
     if (this.pinned) return;
     const overSeen = pane.layer !== FELT;
-    const hit = touch(ray, props, tables, overSeen);
+    const hit = touch(ray, props, tables, overSeen, this.reach);
     const place = hit?.place ?? this.#inAir(ray);
     if (place === null) return;
     let normal = hit?.normal ?? this.stage.camera.position.clone().sub(place).normalize();
@@ -162,6 +164,7 @@ function touch(
   props: readonly PropObject[],
   tables: readonly Plane[],
   seen: boolean,
+  reach: Box3,
 ): Hit | null {
   const caster = new Raycaster(ray.origin, ray.direction);
   caster.layers.enableAll();
@@ -175,7 +178,7 @@ function touch(
   }
   for (const table of tables) {
     const place = ray.intersectPlane(table, new Vector3());
-    if (place === null) continue;
+    if (place === null || !reach.containsPoint(place)) continue;
     const distance = place.distanceTo(ray.origin);
     if (distance < (best?.distance ?? Number.POSITIVE_INFINITY)) {
       best = { place, normal: table.normal.clone(), name: "table", distance };

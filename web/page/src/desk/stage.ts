@@ -46,12 +46,13 @@ export class Stage {
   ) {
     this.felt = { element: element.querySelector<HTMLElement>(".pane.felt")!, layer: FELT };
     this.seen = { element: element.querySelector<HTMLElement>(".pane.seen")!, layer: SEEN };
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    const plain = drawsInSoftware();
+    this.renderer = new WebGLRenderer({ canvas, antialias: !plain, alpha: true });
+    this.renderer.setPixelRatio(plain ? 1 : Math.min(devicePixelRatio, 2));
     this.renderer.debug.checkShaderErrors = false; // asking would wait for the graphics processor
     this.renderer.toneMapping = ACESFilmicToneMapping;
     this.renderer.toneMappingExposure = 1.05;
-    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.enabled = !plain;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.camera.up.set(0, 0, 1);
 
@@ -192,4 +193,17 @@ export class Stage {
       this.renderer.render(this.scene, this.camera);
     }
   }
+}
+
+/**
+ * Whether there is no graphics processor: then shadows and smooth edges would cost most of each
+ * frame, and are left out unless the address asks for them by `?quality=full`.
+ */
+function drawsInSoftware(): boolean {
+  if (new URLSearchParams(location.search).get("quality") === "full") return false;
+  const probe = document.createElement("canvas").getContext("webgl2");
+  const told = probe?.getExtension("WEBGL_debug_renderer_info");
+  const name = told ? String(probe?.getParameter(told.UNMASKED_RENDERER_WEBGL)) : "";
+  probe?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
 }

@@ -44,8 +44,8 @@ export class HandPicture extends Group {
       transparent: opacity < 1,
       opacity,
     });
-    this.#balls = new InstancedMesh(new SphereGeometry(1, 28, 20), this.material, JOINTS);
-    const link = new CylinderGeometry(1, 1, 1, 28, 1, true);
+    this.#balls = new InstancedMesh(new SphereGeometry(1, 18, 12), this.material, JOINTS);
+    const link = new CylinderGeometry(1, 1, 1, 18, 1, true);
     this.#links = new InstancedMesh(link, this.material, BONES.length);
     for (const mesh of [this.#balls, this.#links]) {
       mesh.frustumCulled = false;

@@ -1,5 +1,4 @@
 import { BufferAttribute, BufferGeometry } from "three";
-import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 
 /** A prop's surface with where each vertex shall appear; see `pack_surface` of the server. */
 export interface PackedSurface {
@@ -22,19 +21,11 @@ export function unpackSurface(bytes: ArrayBuffer): PackedSurface {
   return { prop, virtual, faces: new Uint32Array(bytes, 8 + 24 * vertices, 3 * faces) };
 }
 
-/** Corners in the order of `faces`, with normals that keep edges of more than 35° sharp. */
+/** Vertices as they come, doubled along creases by the server, with normals weighted by area. */
 export function geometryOf(points: Float32Array, faces: Uint32Array): BufferGeometry {
-  const indexed = new BufferGeometry();
-  indexed.setAttribute("position", new BufferAttribute(points, 3));
-  indexed.setIndex(new BufferAttribute(faces, 1));
-  return toCreasedNormals(indexed, (35 / 180) * Math.PI);
-}
-
-/** Unit normals at the vertices, (n, 3), weighted by area. */
-export function vertexNormals(points: Float32Array, faces: Uint32Array): Float32Array {
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(points, 3));
   geometry.setIndex(new BufferAttribute(faces, 1));
   geometry.computeVertexNormals();
-  return geometry.getAttribute("normal").array as Float32Array;
+  return geometry;
 }
