@@ -249,7 +249,7 @@ function exactness(context: Context): TemplateResult {
   const what = tables.exact ? "Warp" : "Live warp";
   const error = tables.errorMm;
   return html`<span class="exactness" data-exact=${String(tables.exact)}>
-    ${what}: ${(file.size / 1e6).toFixed(1)} MB as float16, which adds ${number(file.storage_error_mm)} mm;
+    ${what}: ${(file.size / 1e6).toFixed(1)} MB as float16, which adds ${number(tables.addedErrorMm)} mm;
     ${error === null ? "error not estimated" : html`error ≤ ${number(error)} mm (estimated)`};
     ${current.levelsLoaded} of ${current.levelCount} levels of detail loaded.</span>`;
 }

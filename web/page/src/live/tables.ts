@@ -40,7 +40,13 @@ export class Tables {
     const file = this.file;
     if (file === null) return null;
     const bound = this.exact ? file.estimated_error_max_mm : (this.#instant?.errorBoundMm ?? null);
-    return bound === null ? null : bound + file.storage_error_mm;
+    return bound === null ? null : bound + this.addedErrorMm;
+  }
+
+  /** What float16, and levels that are still on their way, add to the error, mm. */
+  get addedErrorMm(): number {
+    const told = this.current?.addedErrorMm ?? Number.NaN;
+    return Number.isNaN(told) ? (this.file?.storage_error_mm ?? 0) : told;
   }
 
   /** Whether virtual objects can be moved with no solve. */
