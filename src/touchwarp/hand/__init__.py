@@ -2,6 +2,7 @@
 
 from touchwarp.hand.carried import CarriedWarp
 from touchwarp.hand.contact import NearestSurface
+from touchwarp.hand.mesh_surface import MeshSurface
 from touchwarp.hand.onset import Onset
 from touchwarp.hand.options import HandOptions
 from touchwarp.hand.retarget import HandRetargeter
@@ -13,6 +14,7 @@ __all__ = [
     "CarriedWarp",
     "HandOptions",
     "HandRetargeter",
+    "MeshSurface",
     "NearestSurface",
     "Onset",
 ]

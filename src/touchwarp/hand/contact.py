@@ -38,7 +38,7 @@ class NearestSurface(Protocol):
         """Nearest points of the surface and its outward unit normals there.
 
         Args:
-            points: (n, 3) m, room frame.
+            points: (n, 3) m, room frame; NaN for lost fingers, whose results do not matter.
 
         Returns:
             (n, 3) m, room frame, and (n, 3).

@@ -18,7 +18,8 @@ const MELD = 5e-4;
 /** The props' surface, for `contact: "skin"`. */
 export interface NearestSurface {
   /**
-   * Nearest points of the surface, and its outward unit normals there.
+   * Nearest points of the surface, and its outward unit normals there. Points of lost fingers are
+   * NaN; what is written for them does not matter, but nothing may be thrown.
    * @param points rows of x, y, z in m, room frame.
    * @param nearest rows, written; m, room frame.
    * @param normals rows, written.
