@@ -10,7 +10,8 @@ export interface Limits {
   readonly turn: number;
 }
 
-export const LIMITS: Limits = { translation: 0.012, turn: (8 * Math.PI) / 180 };
+/** 12 mm, and the turn that moves the far side of a hand-sized prop by as much. */
+export const LIMITS: Limits = { translation: 0.012, turn: (10 * Math.PI) / 180 };
 
 /** What touches have told of where a prop stands. */
 export interface Calibration {
@@ -64,7 +65,7 @@ export function calibrate(task: Task, limits: Limits = LIMITS): Calibration | nu
     doubts.push("too few touches");
   }
   if (Math.max(...translation95.toArray()) > limits.translation) doubts.push("place");
-  if (turn95 > limits.turn) doubts.push("turn");
+  if (turn95 > limits.turn + 1e-6) doubts.push("turn");
   if (others.some(({ pose }) => isElsewhere(task, pose, best.pose, limits))) {
     doubts.push("ambiguous");
   }

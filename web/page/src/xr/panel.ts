@@ -66,7 +66,7 @@ export class Panel extends Mesh<PlaneGeometry, MeshBasicMaterial> {
   }
 
   /** Stand where the person sees it, a forearm away, to the side of `direction`. */
-  standBefore(head: Vector3, direction: Vector3, side = -0.24): void {
+  standBefore(head: Vector3, direction: Vector3, side = -0.2): void {
     const ahead = direction.clone().setY(0).normalize();
     const aside = new Vector3(-ahead.z, 0, ahead.x).multiplyScalar(side);
     this.position.copy(head).addScaledVector(ahead, 0.46).add(aside);
