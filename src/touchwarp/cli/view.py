@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import click
@@ -71,4 +72,8 @@ def view_command(
     from touchwarp.live.serving import Settings, serve
 
     folder = recordings or file.parent / "recordings"
-    serve(Settings(file, port, host, folder, not no_browser), click.echo)
+    stopped = serve(Settings(file, port, host, folder, not no_browser), click.echo)
+    if not stopped:
+        # A solve between two of its steps cannot be interrupted, and nothing of it will be kept;
+        # recordings are on disk and temporary files removed.
+        os._exit(0)

@@ -51,8 +51,8 @@ class Settings:
     open_browser: bool
 
 
-def serve(settings: Settings, say: Say) -> None:
-    """Serve until interrupted.
+def serve(settings: Settings, say: Say) -> bool:
+    """Serve until interrupted; whether all work had stopped by then.
 
     Args:
         settings: how.
@@ -101,7 +101,6 @@ def serve(settings: Settings, say: Say) -> None:
         if identity is not None:
             say(invitation_text(address, invitation, identity, port))
         workbench.start()
-        stack.callback(workbench.close)
         servers = [(_server(app), local)]
         if remote is not None and identity is not None:
             servers.append((_server(app, identity), remote))
@@ -109,6 +108,7 @@ def serve(settings: Settings, say: Say) -> None:
             webbrowser.open(f"http://localhost:{port}")
         with contextlib.suppress(KeyboardInterrupt):  # the way to end it
             asyncio.run(_run(servers))
+        return workbench.close()
 
 
 def built_page() -> Path:

@@ -101,14 +101,15 @@ class Workbench:
         while (task := self._next()) is not None:
             self._run(task, self._revision, self._scene())
 
-    def close(self) -> None:
-        """Stop the work; the running task ends at its next step."""
+    def close(self) -> bool:
+        """Stop the work, at its next step; whether that came within a second."""
         with self._changed:
             self._closing = True
             self._revision += 1
             self._changed.notify_all()
         if self._thread.is_alive():
-            self._thread.join(timeout=5.0)
+            self._thread.join(timeout=1.0)
+        return not self._thread.is_alive()
 
     @property
     def state(self) -> SceneState:

@@ -62,6 +62,7 @@ class RecordingControls {
   }
 
   #render(): void {
+    this.#slot.dataset.rows = String(this.context.recorder.status.rows);
     render(this.#controls(), this.#slot);
   }
 
