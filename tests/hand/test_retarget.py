@@ -9,10 +9,13 @@ import pytest
 from numpy.typing import NDArray
 
 import touchwarp.hand.retarget as retarget
+from tests.exact.sample_bricks import near_sphere, sample_bricks
 from tests.exact.spheres import SphereWarp
 from tests.hand.hands import RADII, about, make_hand, pose, reach_and_grasp
 from touchwarp.hand import FINGERS, JOINTS, HandOptions, HandRetargeter
 from touchwarp.hand.skeleton import BASES, LIMITS, PARENTS, TIPS
+from touchwarp.warp.meta import WarpMeta
+from touchwarp.warp.table import TableWarp
 
 Float = NDArray[np.float64]
 
@@ -178,10 +181,23 @@ LARGEST_FACTOR = 2.0
 """As docs/hands.md states it for this grasp."""
 
 
+def ball(points: Float) -> tuple[Float, Float]:
+    normals = points / np.linalg.norm(points, axis=-1, keepdims=True)
+    return 0.05 * normals, normals
+
+
 @pytest.mark.parametrize("orientation", ["as_tracked", "turned"])
-@pytest.mark.parametrize("contact", ["centre", "pad"])
+@pytest.mark.parametrize("contact", ["centre", "pad", "skin"])
 def test_there_are_no_pops(orientation: str, contact: str) -> None:
-    shown = show(orientation=orientation, contact=contact, onset=0.5)
+    options = {"orientation": orientation, "contact": contact, "surface": ball, "onset": 0.5}
+    assert motion_factor(show(**options).poses) < LARGEST_FACTOR
+
+
+def test_there_are_no_pops_where_the_gradient_of_a_table_jumps() -> None:
+    box = np.array([[-0.3] * 3, [0.3] * 3])
+    grid = {"root_shape": (4, 4, 4), "depth": 2, "refine": near_sphere(0.0, 0.05)}
+    table = TableWarp(sample_bricks(WARP.displacement, *box, **grid), WarpMeta(outer_box=box))
+    shown = show(table, orientation="turned", contact="skin", surface=ball)
     assert motion_factor(shown.poses) < LARGEST_FACTOR
 
 
