@@ -4,7 +4,8 @@
   device.installRuntime({ forceInstall: true });
   device.primaryInputMode = "hand";
   device.stereoEnabled = true;
-  device.position.set(0, 1.25, 0.35);
+  device.position.set(0, 1.2, 0.35);
+  device.quaternion.set(-0.3, 0, 0, 0.954); // looking down at the table
 
   // The clock runs by itself until a test takes it over; then frames come when asked for.
   const real = { frame: requestAnimationFrame.bind(window), now: performance.now.bind(performance) };
@@ -63,6 +64,9 @@
     return known.get(name);
   };
 
+  // Wrist, thumb, four fingers; the tips are what tests compute with.
+  const RADII = [0.02, 0.014, 0.012, 0.01, 0.008, ...Array(4).fill([0.014, 0.011, 0.0095, 0.009, 0.008])].flat();
+
   window.headset = {
     device,
     lost,
@@ -85,16 +89,20 @@
     relaxed(side) {
       return hands[side].spaces.flatMap((space) => [...space[IWER.P_SPACE].offsetMatrix]);
     },
-    /** Frames at 72 Hz, one for each entry {left, right, radius, lost}; calls `each` after it. */
-    step(entries, each) {
+    /** Frames at 72 Hz: float32 joint matrices, base64, 400 numbers a hand, left hand first; a NaN
+     * leaves a hand as it was. Calls `each` after every frame. */
+    step(packed, each) {
+      const bytes = Uint8Array.from(atob(packed), (letter) => letter.charCodeAt(0));
+      const numbers = new Float32Array(bytes.buffer);
       const results = [];
       drawing = false;
-      for (const entry of entries) {
-        for (const side of ["left", "right"]) {
-          if (!entry[side]) continue;
-          hands[side].matrices = Float32Array.from(entry[side]);
-          hands[side].radii = new Array(25).fill(entry.radius ?? 0.008);
-        }
+      for (let start = 0; start < numbers.length; start += 800) {
+        ["left", "right"].forEach((side, k) => {
+          const first = start + 400 * k;
+          if (Number.isNaN(numbers[first])) return;
+          hands[side].matrices = numbers.slice(first, first + 400);
+          hands[side].radii = RADII;
+        });
         now += 1000 / 72;
         for (const callback of waiting.splice(0)) callback(now);
         if (each) results.push(each());

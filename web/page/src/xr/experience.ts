@@ -1,9 +1,8 @@
 import { Matrix4, Ray, Vector3 } from "three";
-import { HandRetargeter, type Warp } from "touchwarp";
 import type { Context } from "../context.js";
 import { AnchoredPose } from "./anchored_pose.js";
 import { Calibrator } from "./calibrator.js";
-import { ContactWatch } from "./contact_watch.js";
+import { Displacement } from "./displacement.js";
 import { HandInput } from "./hand_input.js";
 import type { Choices } from "./preflight.js";
 import { Probe } from "./probe.js";
@@ -23,15 +22,11 @@ export class Experience {
   session = begin(1);
   readonly room = new Room();
   readonly inputs = [new HandInput(0), new HandInput(1)] as const;
-  readonly displayed = [new Float32Array(400), new Float32Array(400)] as const;
   calibrators: Calibrator[] = [];
   placed = new PlacedProps([]);
-  readonly watch = new ContactWatch();
+  displacement: Displacement;
   backdrop = 0;
   notice = "";
-  #retargeters: HandRetargeter[] = [];
-  #warp: Warp | null = null;
-  #warpSource: Warp | null = null;
   #anchored = new AnchoredPose();
   #handsUp = new HandsUp();
   #head = new Vector3();
@@ -52,6 +47,7 @@ export class Experience {
     readonly choices: Choices,
     readonly ended: () => void,
   ) {
+    this.displacement = new Displacement(context, this.placed);
     this.#unlisten = context.listen((message) => {
       if (message.kind === "progress") this.notice = `${message.step} ${pct(message.done)}`;
       if (message.kind === "failed" && this.#solving) this.#resolved(message.reason);
@@ -88,7 +84,7 @@ export class Experience {
     if (this.session.phase === "resolve" && before.phase !== "resolve") this.#resolve();
     if (this.session.phase === "immersed" && before.phase !== "immersed") {
       this.#playCentre = this.#head.clone();
-      this.watch.restart();
+      this.displacement.watch.restart();
     }
     this.context.recorder.note(this.#last, `${event.kind}: ${this.session.phase}`);
   }
@@ -111,9 +107,7 @@ export class Experience {
       each.calibration = before[k] ? before[0]!.calibration : null;
     });
     this.room.furnish(props, state);
-    this.#retargeters = [0, 1].map(
-      () => new HandRetargeter({ contact: "skin", surface: this.placed }),
-    );
+    this.displacement = new Displacement(this.context, this.placed);
     if (before.length === 0) this.session = begin(props.length);
   }
 
@@ -137,7 +131,7 @@ export class Experience {
     }
     this.#keepSafe(time);
     this.#followTouches(time, frame, room);
-    this.#displace(time);
+    this.displacement.update(time, this.inputs, isDisplaced(this.session));
     this.#picture(elapsed);
     this.#probe.show(this);
     this.room.renderer.render(this.room.scene, this.room.camera);
@@ -247,43 +241,6 @@ export class Experience {
     }
   }
 
-  #displace(time: number): void {
-    const source = this.context.tables.current;
-    if (source !== this.#warpSource) {
-      this.#warpSource = source;
-      this.#warp = source?.at(this.placed.pose.matrix(matrix).elements) ?? null;
-    }
-    this.placed.pose.matrix(matrix);
-    this.#warp?.place(matrix.elements);
-    const warp = this.context.tables.exact || this.context.tables.instant ? this.#warp : null;
-    const identity = this.context.tables.file?.identity ?? "";
-    for (const input of this.inputs) {
-      const retargeter = this.#retargeters[input.side]!;
-      retargeter.active = isDisplaced(this.session);
-      const shown = this.displayed[input.side];
-      retargeter.update(warp, input.poses, input.radii, time, shown);
-      const touching = this.watch.update(time, input, shown, this.placed, warp, retargeter);
-      this.room.glow(input.side, touching !== 0 && retargeter.mayClaimContact);
-      for (const contact of this.watch.fresh) {
-        this.context.recorder.note(time, `contact ${JSON.stringify(contact)}`);
-      }
-      const { recorder } = this.context;
-      if (recorder.recording && input.tracked) {
-        const { weight } = retargeter;
-        recorder.frame(
-          time,
-          input.side,
-          weight,
-          touching,
-          input.poses,
-          shown,
-          input.radii,
-          identity,
-        );
-      }
-    }
-  }
-
   #picture(elapsed: number): void {
     const { room, session } = this;
     const goal = this.seesRoom ? backdropGoal(session) : 1;
@@ -300,8 +257,11 @@ export class Experience {
     room.mark(suggestion);
     for (const input of this.inputs) {
       const hand = room.hands[input.side];
+      const { touching, displayed } = this.displacement;
+      const claims = this.displacement.mayClaimContact(input.side);
+      room.glow(input.side, touching[input.side] !== 0 && claims);
       hand.visible = input.tracked && (this.backdrop > 0.01 || !this.seesRoom);
-      if (hand.visible) hand.place(this.displayed[input.side], input.radii, 16, 12);
+      if (hand.visible) hand.place(displayed[input.side], input.radii, 16, 12);
       const ghost = room.ghosts[input.side];
       ghost.visible = this.#showGhosts && input.tracked;
       if (ghost.visible) ghost.place(input.poses, input.radii, 16, 12);
@@ -312,10 +272,11 @@ export class Experience {
 
   #word(): void {
     if (!this.calibrator) return;
-    const { session, watch } = this;
+    const { session } = this;
+    const { audit } = this.displacement.watch;
     const { title, lines, progress } = instruct(session, this.calibrator, {
-      audit: watch.audit.line,
-      drifted: watch.audit.hasDrifted,
+      audit: audit.line,
+      drifted: audit.hasDrifted,
       notice: this.notice,
     });
     const paused = session.pauses.has("asked");
@@ -346,10 +307,6 @@ export class Experience {
   get seesRoom(): boolean {
     const mode = this.xr.environmentBlendMode;
     return mode === "alpha-blend" || mode === "additive";
-  }
-
-  get weight(): number {
-    return Math.min(...this.#retargeters.map(({ weight }) => weight));
   }
 
   #toggleGhosts(): void {

@@ -26,11 +26,15 @@ export function calibrateGuided(
   random: () => number,
   faults: TrackingFaults,
   tracking: TrackingModel = HEADSET_HANDS,
-  mostRounds = 6,
+  mostRounds = 4,
   believed: ContactSurface = surface,
 ): Guided {
   const strokes: Stroke[] = rub(surface, pose, random, { ...faults, strokes: 7 });
   strokes.push(...rub(surface, pose, random, { ...faults, ...HANDLE, strokes: 4, begin: 30 }));
+  for (const [k, named] of NAMED.entries()) {
+    const dwelt = { ...faults, begin: 44 + 1.5 * k };
+    strokes.push([dwell(surface, pose, random, named, 0.004, dwelt)]);
+  }
   for (let rounds = 0; ; rounds++) {
     const contacts = trimStrokes(strokes);
     const task: Task = { surface: believed, contacts, freedom: 4, up: UP, tracking };
@@ -54,6 +58,13 @@ export function calibrateGuided(
     strokes.push(...rub(surface, pose, random, around));
   }
 }
+
+/** Places that a person is asked to touch: far out on the handle, and on its two sides. */
+const NAMED = [
+  { point: new Vector3(0.074, 0, 0.048), normal: new Vector3(1, 0, 0) },
+  { point: new Vector3(0.064, 0.006, 0.048), normal: new Vector3(0, 1, 0) },
+  { point: new Vector3(0.064, -0.006, 0.048), normal: new Vector3(0, -1, 0) },
+];
 
 /** Strokes along the mug's handle, from all its sides. */
 const HANDLE = {
