@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.hand.hands import RADII, reach_and_grasp
+from tests.hand.test_pad import touches
 from tests.vectors.warps import RADIUS
-from touchwarp.hand import HandOptions, HandRetargeter
+from touchwarp.hand import HandOptions, HandRetargeter, calibrate_pad
 from touchwarp.warp.file import load_table
 from touchwarp.warp.protocol import Warp
 
@@ -54,4 +55,7 @@ def hand_vectors(folder: Path) -> dict[str, NDArray[np.float32]]:
             misses.append(retargeter.misses.copy())
         arrays[f"hand.{name}.displayed"] = np.array(shown, np.float32)
         arrays[f"hand.{name}.misses"] = np.array(misses, np.float32)
-    return arrays
+    taps = touches(12, noise=1e-3).astype(np.float32)
+    pad = calibrate_pad(taps, ball)
+    told = np.array([*pad.offset, pad.residual], np.float32)
+    return arrays | {"pad.touches": taps, "pad.offset_and_residual": told}

@@ -5,6 +5,7 @@ from touchwarp.hand.contact import NearestSurface
 from touchwarp.hand.mesh_surface import MeshSurface
 from touchwarp.hand.onset import Onset
 from touchwarp.hand.options import HandOptions
+from touchwarp.hand.pad import Pad, calibrate_pad
 from touchwarp.hand.retarget import HandRetargeter
 from touchwarp.hand.skeleton import FINGERS, JOINTS
 
@@ -17,4 +18,6 @@ __all__ = [
     "MeshSurface",
     "NearestSurface",
     "Onset",
+    "Pad",
+    "calibrate_pad",
 ]

@@ -14,6 +14,7 @@ export { parseWarp } from "./file.js";
 export { type CarriedOptions, CarriedWarp } from "./hand/carried.js";
 export type { NearestSurface } from "./hand/contact.js";
 export type { HandOptions } from "./hand/options.js";
+export { calibratePad, type Pad } from "./hand/pad.js";
 export { HandRetargeter } from "./hand/retargeter.js";
 export { FINGERS, type Finger, JOINTS } from "./hand/skeleton.js";
 export type { PlaneWarp } from "./plane.js";

@@ -3,6 +3,7 @@
 import { describe, expect, test } from "vitest";
 import {
   CarriedWarp,
+  calibratePad,
   type HandOptions,
   HandRetargeter,
   type NearestSurface,
@@ -108,6 +109,34 @@ describe("hands equal Python's", () => {
     expect(compare("fingertips", { mode: "rigid", onset: 0 }, warpOf("levels"))[0]).toBeGreaterThan(
       100 * TOLERANCE,
     );
+  });
+});
+
+describe("a finger pad", () => {
+  const touches = Float64Array.from({ length: vector("pad.touches").length }, (_, n) => {
+    const [touch, i, j] = [n >> 4, n & 3, (n >> 2) & 3];
+    return vector("pad.touches")[16 * touch + 4 * i + j]!;
+  });
+  const found = (poses: Float64Array): number[] => {
+    const { offset, residual } = calibratePad(poses, BALL);
+    return [...offset, residual];
+  };
+
+  test("is found as in Python", () => {
+    const expected = vector("pad.offset_and_residual");
+    expect(difference(found(touches), expected)).toBeLessThan(TOLERANCE);
+    // in the order of rows it would be another
+    expect(difference(found(vector("pad.touches")), expected)).toBeGreaterThan(1e-3);
+  });
+
+  test("needs touches that are known", () => {
+    expect(() => calibratePad(new Float64Array(0), BALL)).toThrow(/16 for each are needed/);
+    expect(() =>
+      calibratePad(
+        touches.map(() => Number.NaN),
+        BALL,
+      ),
+    ).toThrow(/leave out lost ones/);
   });
 });
 
