@@ -16,7 +16,7 @@ import { dwell, gaussian, rub, type TrackingFaults, UP } from "./rubbing.js";
 export interface Guided {
   readonly task: Task;
   readonly calibration: Calibration;
-  readonly rounds: number;
+  readonly rounds?: number;
 }
 
 /** A person who rubs the prop all over, then follows the suggestions until nothing is in doubt. */
@@ -79,7 +79,8 @@ export function poseError({ task, calibration }: Guided, truth: Pose) {
   const shift = truth.toRoom(centre).sub(calibration.pose.toRoom(centre));
   const turn = truth.turn.clone().multiply(calibration.pose.turn.clone().invert());
   const half = new Vector3(turn.x, turn.y, turn.z).dot(UP);
-  return { shift, turn: 2 * Math.atan2(half, turn.w) };
+  const angle = 2 * Math.atan2(half, turn.w);
+  return { shift, turn: Math.atan2(Math.sin(angle), Math.cos(angle)) };
 }
 
 /** Mahalanobis distance, squared, of the true pose: χ² of four freedoms if all is as stated. */
