@@ -18,6 +18,9 @@ SCENE = """\
 [objective]
 tolerance_mm = 0.5
 
+[outer]
+box = { min = [-0.2, -0.2, -0.1], max = [0.2, 0.2, 0.25] }
+
 [[prop]]
 name = "ball"
 shape = { kind = "ellipsoid", size = [0.1, 0.1, 0.1] }

@@ -208,7 +208,9 @@ def test_a_scene_that_cannot_be_is_refused_in_words(page: Page, serve: Serve, ba
     open_page(page, serve(ball).url)
     page.locator("input[name=translation-2]").fill("-300")
     page.locator("input[name=translation-2]").press("Enter")
-    expect(page.locator(".failure").first).to_contain_text("ask for that tolerance", timeout=LONG)
+    expect(page.locator(".failure").first).to_contain_text(
+        "must lie inside the outer boundary", timeout=LONG
+    )
 
 
 def test_nothing_is_recorded_without_consent(page: Page, serve: Serve, ball: Path) -> None:
@@ -244,6 +246,7 @@ def test_a_recording_survives_the_server_s_death(
     expect(page.locator(".failure")).to_have_count(0, timeout=LONG)
     wander(page, 6)
     page.locator("button[name=stop-recording]").click()
+    recorded = int(page.locator("#recording-slot").get_attribute("data-rows") or 0)
     (folder,) = (server.recordings / "P7").iterdir()
     for _ in range(200):
         if (folder / "recording.parquet").exists():
@@ -251,11 +254,9 @@ def test_a_recording_survives_the_server_s_death(
         page.wait_for_timeout(100)
     table = pq.read_table(folder / "recording.parquet")
     times = table["time_ms"].to_numpy()
-    assert len(times) > 50
+    assert len(times) == recorded > 50
     assert (np.diff(times) > 0).all(), "each frame once, in order"
-    # requestAnimationFrame never skips so long, but where the connection was lost it would have
     assert np.diff(table["chunk"].to_numpy()).max() == 1
-    assert np.diff(times).max() < 3000
     check_displayed(table, tw.load_scene(ball), tw.load_warp(ball.with_suffix(".warp")))
 
 

@@ -158,7 +158,7 @@ export class Slice extends Group {
     const y = new Vector3().setComponent(b, 1);
     const basis = new Matrix4().makeBasis(x, y, new Vector3().crossVectors(x, y));
     this.#pane.quaternion.setFromRotationMatrix(basis);
-    this.#point(1, 1, this.#knob.position);
+    this.#point(0.5, 1, this.#knob.position);
     this.#knob.scale.setScalar(0.016 * size.length());
   }
 
