@@ -126,9 +126,10 @@ async function fetchTail(url: string, file: WarpFile, signal?: AbortSignal): Pro
   const [begin, end] = file.tail!;
   const headers = { Range: `bytes=${begin}-${end - 1}` };
   const response = await fetch(url, signal ? { headers, signal } : { headers });
-  if (response.status === 206) {
-    file.pushTail(new Uint8Array(await response.arrayBuffer()));
+  const bytes = response.status === 206 ? new Uint8Array(await response.arrayBuffer()) : null;
+  if (bytes?.length === end - begin) {
+    file.pushTail(bytes);
   } else {
-    await response.body?.cancel();
+    await response.body?.cancel(); // it comes in its turn
   }
 }

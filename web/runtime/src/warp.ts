@@ -95,6 +95,6 @@ export interface Warp {
    * @throws RangeError where T is not rigid; the warp then stays where it was.
    */
   place(T_room_scene: Matrix): void;
-  /** The same table carried elsewhere, as a warp of its own; numbers are shared. */
+  /** The same table carried elsewhere, T as for `place`, as a warp of its own; numbers are shared. */
   at(T_room_scene: Matrix): Warp;
 }
