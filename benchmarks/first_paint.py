@@ -2,8 +2,8 @@
 
     python benchmarks/first_paint.py [--repeats 5] [--json FILE]
 
-The server runs and the demo's warp is solved (to 1 mm: the time to the first picture does not depend
-on it). Times are the browser's own, from the start of the navigation; the picture is there when its
+The server runs and the warp is solved (to 1 mm: the time to the first picture does not depend on
+it). Times are the browser's own, from the start of the navigation; the picture is there when its
 first frame with the mug in it has been drawn, at 1100 × 680 without a graphics processor.
 """
 
