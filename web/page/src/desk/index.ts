@@ -97,7 +97,8 @@ export class Desk {
     this.stage.frame(around);
     this.#touchFirst();
     this.#askPanel();
-    this.stage.paused = false;
+    // later another mode may have the screen, and gives it back itself
+    if (document.body.dataset.ready === undefined) this.stage.paused = false;
     this.#loading = false;
     if (this.#context.state !== state) this.#takeOver();
   }

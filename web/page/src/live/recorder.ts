@@ -34,6 +34,8 @@ export class Recorder {
   #waiting = new Set<string>();
   #onDevice: string[] = [];
   #release = () => {};
+  /** Before what was refused is sent again, ms. */
+  #patience = 1000;
   #writes: Promise<unknown> = Promise.resolve();
   #listeners = new Set<(status: RecorderStatus) => void>();
 
@@ -185,13 +187,15 @@ export class Recorder {
   #hear(message: FromServer): void {
     if (message.kind === "acknowledged") {
       const key = keyOf(message.recording, message.sequence);
+      this.#patience = 1000;
       this.#waiting.delete(key);
       this.#write(() => this.#store.delete(key));
       this.#changed();
     } else if (message.kind === "finished") {
       void this.forget(message.recording);
     } else if (message.kind === "refused" && /recording/i.test(message.reason)) {
-      setTimeout(() => this.#write(() => this.#resend()), 1000);
+      setTimeout(() => this.#write(() => this.#resend()), this.#patience);
+      this.#patience = Math.min(2 * this.#patience, 60_000);
     }
   }
 
