@@ -29,6 +29,7 @@ shape = { kind = "mug" }
 
 [prop.goal]
 kind = "transform"
+pivot = [0, 0, 0]
 scale = [1.2, 1.2, 0.6]
 translation = [0.015, 0, 0]
 

@@ -86,10 +86,7 @@ export function poseError({ task, calibration }: Guided, truth: Pose) {
 /** Mahalanobis distance, squared, of the true pose: χ² of four freedoms if all is as stated. */
 export function surprise(guided: Guided, truth: Pose): number {
   const { shift, turn } = poseError(guided, truth);
-  const error = Matrix.columnVector([
-    ...shift.toArray(),
-    Math.atan2(Math.sin(turn), Math.cos(turn)),
-  ]);
+  const error = Matrix.columnVector([...shift.toArray(), turn]);
   const solved = new CholeskyDecomposition(guided.calibration.covariance.inRoom).solve(error);
   return error.transpose().mmul(solved).get(0, 0);
 }

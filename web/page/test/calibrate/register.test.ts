@@ -54,7 +54,7 @@ describe("a mug that is rubbed with 1 mm of noise", () => {
   it("is found lying, too, when six freedoms are asked for", () => {
     const lying = new Quaternion().setFromAxisAngle(new Vector3(0.3, 0.5, 0.8).normalize(), 1.8);
     const truth = new Pose(lying, new Vector3(0.1, 0.8, -0.3));
-    const guided = calibrated(mug, truth, { ...NOISE, strokes: 14 }, 6);
+    const guided = calibrated(mug, truth, { ...NOISE, strokes: 24 }, 6);
     expect(guided.calibration.pose.turn.angleTo(truth.turn)).toBeLessThan(0.02);
     expect(poseError(guided, truth).shift.length()).toBeLessThan(0.0015);
   }, 60_000);
