@@ -34,7 +34,7 @@ from touchwarp.hand.kinematics import (
 STEPS = 24
 """Gauss–Newton steps at most; where tips should move little, 3 to 5 do."""
 
-SETTLED = 1e-5
+SETTLED = 1e-4
 """rad, and shares of 0.1 m: a step as small as that is the last one before and after the halt at
 which what has been held back is added to the targets."""
 

@@ -8,8 +8,9 @@ import { AffineBases, HandRetargeter, parseWarp } from "../dist/index.js";
 
 const FOLDER = new URL("../../../tests/vectors/", import.meta.url);
 
-/** The least time of one call, in µs, of some rounds; the first ones compile. */
-export function best(call, times = 2000, rounds = 30) {
+/** The least time of one call, in µs, of rounds short enough not to be interrupted; the first ones
+ * compile. */
+export function best(call, times = 50, rounds = 1000) {
   let least = Number.POSITIVE_INFINITY;
   for (let round = 0; round < rounds; round++) {
     const start = performance.now();
@@ -103,7 +104,7 @@ for (const [name, options] of Object.entries(ways)) {
       retargeter.update(levels, hand, null, 0, displayed);
     }
   };
-  show(`two hands: ${name}`, best(frame, 500), 200);
+  show(`two hands: ${name}`, best(frame, 10), 200);
   const before = process.memoryUsage().heapUsed;
   for (let n = 0; n < 2000; n++) {
     frame();

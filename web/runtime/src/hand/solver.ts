@@ -31,7 +31,7 @@ const STEPS = 24;
  * rad, and shares of 0.1 m: a step as small as that is the last one before and after the halt at
  * which what has been held back is added to the targets.
  */
-const SETTLED = 1e-5;
+const SETTLED = 1e-4;
 /** (m/rad)²: what bending and spreading a joint cost, per squared miss of a fingertip. */
 const FLEX = 6e-3 ** 2;
 const ABDUCT = 1e-2 ** 2;
@@ -218,7 +218,9 @@ export class HandSolver {
       stiffness += miss * norm(x, y, z);
       G[4 * i + n] = stiffness;
       rest[4 * i + n] = pull / stiffness;
-      const [a0, a1, a2] = [moved[3 * n]!, moved[3 * n + 1]!, moved[3 * n + 2]!];
+      const a0 = moved[3 * n]!;
+      const a1 = moved[3 * n + 1]!;
+      const a2 = moved[3 * n + 2]!;
       F[12 * i + n] = a1 * z - a2 * y;
       F[12 * i + 4 + n] = a2 * x - a0 * z;
       F[12 * i + 8 + n] = a0 * y - a1 * x;
@@ -241,7 +243,9 @@ export class HandSolver {
 
   private addToPalm(i: number): void {
     const { arm, P, W, A, b, residual } = this;
-    const [x, y, z] = [arm[3 * i]!, arm[3 * i + 1]!, arm[3 * i + 2]!];
+    const x = arm[3 * i]!;
+    const y = arm[3 * i + 1]!;
+    const z = arm[3 * i + 2]!;
     P[4] = z;
     P[5] = -y;
     P[9] = -z;
@@ -250,7 +254,9 @@ export class HandSolver {
     P[16] = -x;
     const w = 9 * i;
     for (let m = 0; m < 6; m++) {
-      const [p0, p1, p2] = [P[m]!, P[6 + m]!, P[12 + m]!];
+      const p0 = P[m]!;
+      const p1 = P[6 + m]!;
+      const p2 = P[12 + m]!;
       const v0 = p0 * W[w]! + p1 * W[w + 3]! + p2 * W[w + 6]!;
       const v1 = p0 * W[w + 1]! + p1 * W[w + 4]! + p2 * W[w + 7]!;
       const v2 = p0 * W[w + 2]! + p1 * W[w + 5]! + p2 * W[w + 8]!;
@@ -264,7 +270,9 @@ export class HandSolver {
   /** What the palm's step leaves to a finger. */
   private bend(i: number): void {
     const { arm, b, residual, W, F, G, q, rest } = this;
-    const [x, y, z] = [arm[3 * i]!, arm[3 * i + 1]!, arm[3 * i + 2]!];
+    const x = arm[3 * i]!;
+    const y = arm[3 * i + 1]!;
+    const z = arm[3 * i + 2]!;
     const r0 = residual[3 * i]! - (b[0]! + z * b[4]! - y * b[5]!);
     const r1 = residual[3 * i + 1]! - (b[1]! - z * b[3]! + x * b[5]!);
     const r2 = residual[3 * i + 2]! - (b[2]! + y * b[3]! - x * b[4]!);
@@ -310,7 +318,12 @@ function norm(x: number, y: number, z: number): number {
 
 /** out[at…] = M⁻¹ of a positive definite 3 × 3 matrix. */
 function invertSymmetric(M: Float64Array, out: Float64Array, at: number): void {
-  const [a, b, c, d, e, f] = [M[0]!, M[1]!, M[2]!, M[4]!, M[5]!, M[8]!];
+  const a = M[0]!;
+  const b = M[1]!;
+  const c = M[2]!;
+  const d = M[4]!;
+  const e = M[5]!;
+  const f = M[8]!;
   const A = d * f - e * e;
   const B = c * e - b * f;
   const C = b * e - c * d;
