@@ -150,6 +150,7 @@ def person(page: Page, serve: Serve, mug: Path) -> Person:
     return Person(headset, RealMug(mug))
 
 
+DISPLAYED = "touchwarpProbe.displacement.displayed.map((hand) => [...hand])"
 GOAL = np.diag([1.2, 1.2, 0.6, 1.0])
 GOAL[0, 3] = 0.015
 
@@ -191,7 +192,7 @@ def test_the_skin_that_touches_is_displayed_on_the_virtual_surface(
         for hand in person.touching(touchable(mug, 20, seed=k), side, finger):
             frames.append({side: hand, other: rest})
             asked.append((k % 2, TIPS[finger]))
-    shown = headset.step(frames, "touchwarpProbe.displacement.displayed.map((hand) => [...hand])")
+    shown = headset.step(frames, DISPLAYED)
     centres = np.array(
         [
             np.reshape(hands[side], (25, 4, 4))[tip, 3, :3]

@@ -1,9 +1,13 @@
-import { Matrix4 } from "three";
+import { Matrix4, Vector3 } from "three";
 import { HandRetargeter, type Warp } from "touchwarp";
 import type { Context } from "../context.js";
 import { ContactWatch } from "./contact_watch.js";
-import type { HandInput } from "./hand_input.js";
+import { type HandInput, TIPS } from "./hand_input.js";
 import type { PlacedProps } from "./prop_model.js";
+
+/** From here on, m, a fingertip that comes near counts more, up to this many times when it touches. */
+const NEAR = 0.03;
+const FIRST = 100;
 
 /** Both hands through the same f, with what comes of it: contacts, and rows of a recording. */
 export class Displacement {
@@ -12,7 +16,9 @@ export class Displacement {
   /** Which fingertips of each hand are on a prop, bit by bit. */
   readonly touching: [number, number] = [0, 0];
   readonly watch = new ContactWatch();
-  #retargeters: readonly HandRetargeter[];
+  /** How the five fingers share what no hand can meet; read by the retargeters at each frame. */
+  readonly #weights = [new Float64Array(5).fill(1), new Float64Array(5).fill(1)] as const;
+  readonly #retargeters: readonly HandRetargeter[];
   #warp: Warp | null = null;
   #source: Warp | null = null;
 
@@ -20,7 +26,9 @@ export class Displacement {
     readonly context: Context,
     readonly placed: PlacedProps,
   ) {
-    this.#retargeters = [0, 1].map(() => new HandRetargeter({ contact: "skin", surface: placed }));
+    this.#retargeters = this.#weights.map(
+      (weights) => new HandRetargeter({ contact: "skin", surface: placed, weights }),
+    );
   }
 
   /** The share of the displacement that both hands are shown with. */
@@ -44,6 +52,7 @@ export class Displacement {
       const { side, poses, radii } = input;
       const retargeter = this.#retargeters[side]!;
       const shown = this.displayed[side];
+      this.#weigh(input);
       retargeter.active = wanted;
       retargeter.update(warp, poses, radii, time, shown);
       const touching = this.watch.update(time, input, shown, this.placed, warp, retargeter);
@@ -56,6 +65,17 @@ export class Displacement {
         recorder.frame(time, side, retargeter.weight, touching, poses, shown, radii, identity);
       }
     }
+  }
+
+  /** Fingers near the prop come first, the more the nearer, so that what touches is exact. */
+  #weigh(input: HandInput): void {
+    TIPS.forEach((joint, finger) => {
+      input.joint(joint, tip);
+      const known = Number.isFinite(tip.x) && this.placed.props.length > 0;
+      const away = known ? Math.abs(this.placed.felt(tip).distance - input.radius(joint)) : NEAR;
+      const nearness = Math.max(0, 1 - away / NEAR);
+      this.#weights[input.side][finger] = 1 + (FIRST - 1) * nearness ** 2;
+    });
   }
 
   /** The warp in use, where the props stand; a copy, since the desk has the same in its own frame. */
@@ -72,3 +92,4 @@ export class Displacement {
 }
 
 const matrix = new Matrix4();
+const tip = new Vector3();
