@@ -2,8 +2,9 @@
 
 A brick all of whose children exist needs no values of its own, and a table usually stores none: a
 reader near a prop then has to wait for the finest level. Here every brick holds, where it has
-children, what they hold at the shared nodes. Lookups of the whole table never see these values; they
-cost an eighth of the file at most. A table cut off below any level is continuous, like the whole.
+children, what they hold at the shared nodes. Lookups of the whole table never see these values;
+they cost an eighth of the file at most. A table cut off below any level is continuous, like the
+whole.
 """
 
 from __future__ import annotations
