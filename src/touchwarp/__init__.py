@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from touchwarp.check import Report, check
     from touchwarp.errors import (
         GoalError,
+        LiveError,
         OutputError,
         SceneError,
         SolveError,
@@ -85,6 +86,7 @@ _ROOM_OF = {
     "Inverse": "warp",
     "Landmark": "scene",
     "MatchGoal": "scene",
+    "LiveError": "errors",
     "Objective": "scene",
     "Outer": "scene",
     "OutputError": "errors",
@@ -129,6 +131,7 @@ __all__ = [
     "Inverse",
     "Landmark",
     "MatchGoal",
+    "LiveError",
     "Objective",
     "Outer",
     "OutputError",

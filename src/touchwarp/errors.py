@@ -6,7 +6,8 @@
     ├── SolveError      the solver: memory, convergence, numbers out of range
     ├── WarpFileError   a warp file that is truncated, foreign, newer or of another scene
     ├── OutputError     a file that cannot be written
-    └── StudyError      experiments
+    ├── StudyError      experiments, and recordings of people
+    └── LiveError       the page and the server behind it
 
 Every message says what came, what was needed and what to do.
 """
@@ -38,3 +39,7 @@ class OutputError(TouchwarpError):
 
 class StudyError(TouchwarpError):
     """An experiment's plan or its data cannot be used."""
+
+
+class LiveError(TouchwarpError):
+    """The page cannot be served or exported."""

@@ -27,10 +27,12 @@ from touchwarp.cli.demo import demo_command
 from touchwarp.cli.goal import goal_command
 from touchwarp.cli.info import info_command
 from touchwarp.cli.new import new_command
+from touchwarp.cli.recordings import recordings_command
 from touchwarp.cli.repair import repair_command
 from touchwarp.cli.sample import sample_command
 from touchwarp.cli.solve import solve_command
 from touchwarp.cli.table import table_command
+from touchwarp.cli.view import view_command
 from touchwarp.errors import TouchwarpError
 
 BAD_INPUT = 2
@@ -46,6 +48,7 @@ TERMINATED = 143
     "  touchwarp demo -o mug-demo\n"
     "  touchwarp solve mug.toml -o mug.warp\n"
     "  touchwarp check mug.toml mug.warp --html report.html\n"
+    "  touchwarp view mug.toml\n"
     "\n'touchwarp COMMAND --help' tells more about each.",
 )
 @click.version_option(__version__, prog_name="touchwarp", message="%(prog)s %(version)s")
@@ -66,6 +69,8 @@ for command in (
     goal_command,
     info_command,
     demo_command,
+    view_command,
+    recordings_command,
 ):
     touchwarp.add_command(command)
 

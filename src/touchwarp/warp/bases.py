@@ -14,6 +14,7 @@ from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numba import njit
@@ -45,6 +46,21 @@ def _combine(values, mix, out):
             b += v * mix[1, m]
             c += v * mix[2, m]
         out[n, 0], out[n, 1], out[n, 2] = a, b, c
+
+
+def combined_error(lost: Float, meta: WarpMeta) -> float:
+    """A bound, in m, on what errors of the basis fields add to u for goals in the stated range.
+
+    Args:
+        lost: (..., C) error of each channel.
+        meta: of the bases.
+    """
+    props = [meta.basis[name] for name in meta.prop_names]
+    lanes = np.abs(lost).reshape(-1, lost.shape[-1] // (LANES * len(props)), len(props), LANES)
+    stretch = meta.range_stretch * np.array([prop.half_diagonal for prop in props])
+    each = meta.range_shift * lanes[..., 0] + stretch * np.linalg.norm(lanes[..., 1:], axis=-1)
+    # The two sets of a sliding plane act on components at right angles.
+    return float(np.linalg.norm(each.sum(axis=-1), axis=-1).max(initial=0.0))
 
 
 class AffineBases:
@@ -136,15 +152,19 @@ class AffineBases:
             return None
         return estimate * max(1.0, self._excess(self._checked(goals)))
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: str | Path, dtype: Literal["float32", "float16"] = "float32") -> None:
         """Write the bases as a warp file; see docs/warp-file.md.
+
+        Args:
+            dtype: "float16" halves the file; what that costs is told in `meta` on loading.
 
         Raises:
             OutputError: the file cannot be written; nothing is left behind.
+            ValueError: dtype is another.
         """
         from touchwarp.warp.file import write_warp
 
-        write_warp(path, self._bricks, self._meta, "float32")
+        write_warp(path, self._bricks, self._meta, dtype)
 
     @cached_property
     def _conformer(self) -> Conformer:

@@ -15,7 +15,7 @@ from safetensors.numpy import save_file
 
 from touchwarp.errors import SceneError, WarpFileError
 from touchwarp.outputs import replacing
-from touchwarp.warp.bases import AffineBases
+from touchwarp.warp.bases import AffineBases, combined_error
 from touchwarp.warp.bricks import Bricks
 from touchwarp.warp.meta import WarpMeta
 from touchwarp.warp.meta_file import from_file, to_document, to_tensors
@@ -161,9 +161,13 @@ def _halved(bricks: Bricks, meta: WarpMeta) -> tuple[Bricks, WarpMeta]:
     values = bricks.values.astype(np.float16)
     lost = bricks.values.astype(np.float64) - values
     conformer = Conformer(bricks.root, bricks.child, bricks.slot, bricks.mirror_depth is not None)
+    if meta.kind == "bases":
+        greatest = combined_error(lost, meta)
+    else:
+        greatest = float(np.sqrt((lost**2).sum(axis=-1).max(initial=0.0)))
     meta = replace(
         meta,
-        storage_error_mm=1e3 * float(np.sqrt((lost**2).sum(axis=-1).max(initial=0.0))),
+        storage_error_mm=1e3 * greatest,
         storage_jump=conformer.jump(values),
     )
     return replace(bricks, values=values), meta

@@ -1,0 +1,44 @@
+"""`touchwarp recordings`: what was recorded, and the deletion of one participant."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+FOLDER = click.option(
+    "--folder",
+    type=click.Path(path_type=Path),
+    default=Path("recordings"),
+    show_default=True,
+    metavar="DIR",
+    help="Where the recordings are.",
+)
+
+
+@click.group("recordings")
+def recordings_command() -> None:
+    """List what 'touchwarp view' has recorded, or delete all that is of one participant."""
+
+
+@recordings_command.command("list")
+@FOLDER
+def list_command(folder: Path) -> None:
+    """One line a recording: participant, recording, beginning, file."""
+    from touchwarp.live.recordings import RecordingStore
+
+    for recording in RecordingStore(folder).all():
+        where = recording.whole if recording.ended else f"{recording.folder} (not ended)"
+        about = recording.about
+        click.echo(f"{recording.participant}  {recording.identifier}  {about['started']}  {where}")
+
+
+@recordings_command.command("delete", epilog="\b\nExample:\n  touchwarp recordings delete P7")
+@click.argument("participant")
+@FOLDER
+def delete_command(participant: str, folder: Path) -> None:
+    """Delete every recording of PARTICIPANT, at once and for good."""
+    from touchwarp.live.recordings import RecordingStore
+
+    count = RecordingStore(folder).delete(participant)
+    click.echo(f"Deleted {count} recording{'' if count == 1 else 's'} of {participant}.")

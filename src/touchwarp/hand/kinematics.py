@@ -1,0 +1,126 @@
+"""Rotations and joints of one finger, in numba's plain loops; used by `touchwarp.hand.solver`.
+
+Rotations R have columns x, y, z.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def turn_about(axis, angle, R):
+    """R (3, 3) = rotation by `angle` about a unit axis."""
+    c, s = math.cos(angle), math.sin(angle)
+    x, y, z = axis[0], axis[1], axis[2]
+    o = 1.0 - c
+    R[0, 0], R[0, 1], R[0, 2] = c + o * x * x, o * x * y - s * z, o * x * z + s * y
+    R[1, 0], R[1, 1], R[1, 2] = o * x * y + s * z, c + o * y * y, o * y * z - s * x
+    R[2, 0], R[2, 1], R[2, 2] = o * x * z - s * y, o * y * z + s * x, c + o * z * z
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def turn_by(vector, R):
+    """R (3, 3) = rotation by |vector| about it."""
+    angle = math.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+    if angle < 1e-12:
+        R[:] = 0.0
+        R[0, 0] = R[1, 1] = R[2, 2] = 1.0
+        return
+    turn_about(vector / angle, angle, R)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def multiply(A, B, out):
+    """out = A B, all (3, 3); out is neither."""
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def place(chain, finger, palm_turn, palm_shift, centre, q, turns, joints, axes):
+    """One finger's joints and axes as displayed.
+
+    Args:
+        chain: (5, 4, 3) m, tracked: base, two joints, and the point that should be somewhere.
+        palm_turn, palm_shift, centre: the palm takes x to centre + shift + turn (x − centre).
+        q: (4,) rad. turns: (7, 3, 3) working space; turns[0], [1], [2] are left as the turns of
+            the three bones.
+        joints: (4, 3), written; axes: (4, 3), tracked in, displayed out.
+    """
+    work = turns[3]
+    for d in range(3):
+        joints[0, d] = centre[d] + palm_shift[d]
+        for e in range(3):
+            joints[0, d] += palm_turn[d, e] * (chain[finger, 0, e] - centre[e])
+    turn_about(axes[0], q[0], turns[4])
+    turn_about(axes[1], q[1], turns[5])
+    multiply(palm_turn, turns[4], turns[6])  # what the axis of abduction turns with
+    multiply(turns[6], turns[5], turns[0])
+    turn_about(axes[2], q[2], work)
+    multiply(turns[0], work, turns[1])
+    turn_about(axes[3], q[3], work)
+    multiply(turns[1], work, turns[2])
+    for n in range(3):
+        for d in range(3):
+            joints[n + 1, d] = joints[n, d]
+            for e in range(3):
+                step = chain[finger, n + 1, e] - chain[finger, n, e]
+                joints[n + 1, d] += turns[n, d, e] * step
+    for n in range(4):
+        if n == 0:
+            T = palm_turn
+        elif n == 1:
+            T = turns[6]
+        else:
+            T = turns[n - 2]
+        x, y, z = axes[n]
+        for d in range(3):
+            axes[n, d] = T[d, 0] * x + T[d, 1] * y + T[d, 2] * z
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def invert_symmetric(M, out):
+    """out = M⁻¹ of a positive definite (3, 3)."""
+    a, b, c, d, e, f = M[0, 0], M[0, 1], M[0, 2], M[1, 1], M[1, 2], M[2, 2]
+    A, B, C = d * f - e * e, c * e - b * f, b * e - c * d
+    scale = 1.0 / (a * A + b * B + c * C)
+    out[0, 0] = A * scale
+    out[0, 1] = out[1, 0] = B * scale
+    out[0, 2] = out[2, 0] = C * scale
+    out[1, 1] = (a * f - c * c) * scale
+    out[1, 2] = out[2, 1] = (b * c - a * e) * scale
+    out[2, 2] = (a * d - b * b) * scale
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def solve_definite(A, b):
+    """b ← A⁻¹ b by Cholesky's factors, which are written over A (n, n)."""
+    n = len(b)
+    for j in range(n):
+        for i in range(j, n):
+            total = A[i, j]
+            for k in range(j):
+                total -= A[i, k] * A[j, k]
+            A[i, j] = math.sqrt(total) if i == j else total / A[j, j]
+    for i in range(n):
+        for k in range(i):
+            b[i] -= A[i, k] * b[k]
+        b[i] /= A[i, i]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            b[i] -= A[k, i] * b[k]
+        b[i] /= A[i, i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def rotation_vector(R, out):
+    """The vector θ of a rotation R = exp[θ]×, of an angle below π."""
+    x, y, z = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+    twice_sine = math.sqrt(x * x + y * y + z * z)
+    angle = math.atan2(twice_sine, R[0, 0] + R[1, 1] + R[2, 2] - 1.0)
+    scale = 0.5 if twice_sine < 1e-9 else angle / twice_sine
+    out[0], out[1], out[2] = scale * x, scale * y, scale * z

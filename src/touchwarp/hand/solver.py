@@ -1,0 +1,273 @@
+"""The rigid-boned hand whose fingertips come nearest to where they should be.
+
+Unknown are the palm's shift t and turn θ and four angles q of each finger, all counted from the
+tracked hand, so that nothing moves where nothing is asked for. They minimise
+
+    Σ_i w_i |tip_i − target_i|² + |S q|² + s_t² |t − t₀|² + s_r² |θ − θ₀|²,
+
+with angles beyond their limits held back by a stiff spring and cut off in the end. Steps are
+Gauss–Newton's: finger i gives way by its compliance C_i = I / w_i + F_i G⁻¹ F_iᵀ (3 × 3; F_i the
+motion of its tip by its angles, G their stiffness), which leaves six equations for the palm.
+Once settled, what the stiffness has held back is added to the targets (iterated Tikhonov) and the
+steps go on, so that tips which can be reached are, and ones which cannot make no joint swing.
+
+There is no memory of the last frame: equal input gives equal output, and a lost or late frame
+leaves no trace. The sums are written out since they run at every frame.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from touchwarp.hand.kinematics import (
+    invert_symmetric,
+    multiply,
+    place,
+    rotation_vector,
+    solve_definite,
+    turn_by,
+)
+
+STEPS = 24
+"""Gauss–Newton steps at most; where tips should move little, 3 to 5 do."""
+
+SETTLED = 1e-4
+"""rad, and shares of 0.1 m: a step as small as that is the last one before and after the halt at
+which what has been held back is added to the targets."""
+
+FLEX, ABDUCT = 6e-3, 1e-2
+"""m/rad: what bending a joint costs, as the miss of a fingertip that costs as much."""
+
+SHIFT = 0.05
+"""What shifting the palm from its own warped place costs, per miss of a fingertip."""
+
+TURN = 1e-2
+"""m/rad: what turning the palm costs."""
+
+LIMIT = 0.2
+"""m/rad: the spring beyond a limit."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def norm(x, y, z):
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def solve_hand(
+    chain, axes, bounds, target, weight, centre, shift, turn, q, palm_shift, palm_turn, misses
+):
+    """Where palm and fingers go.
+
+    Args:
+        chain: (5, 4, 3) m, tracked: each finger's base, two joints, and the point to be placed.
+        axes: (5, 4, 3) unit vectors: flexion and abduction at the base, flexion of the others.
+        bounds: (5, 4, 2) rad, least and greatest change of each angle; 0 is within.
+        target: (5, 3) m, where the points should be.
+        weight: (5,), 0 for a finger that is not tracked.
+        centre: (3,) m, tracked, about which the palm turns; shift: (3,) m and turn: (3, 3), where
+            the palm would go by itself.
+        q: (5, 4), palm_shift: (3,), palm_turn: (3, 3): the start, and written.
+        misses: (5,) m, written; NaN where the weight is 0.
+    """
+    turns, joints = np.empty((7, 3, 3)), np.empty((4, 3))
+    moved_axes = np.empty((4, 3))
+    F, G, rest = np.empty((5, 3, 4)), np.empty((5, 4)), np.empty((5, 4))
+    residual, arm = np.empty((5, 3)), np.empty((5, 3))
+    held = np.zeros((5, 3))
+    C, W = np.empty((3, 3)), np.zeros((5, 3, 3))
+    P, PW = np.empty((3, 6)), np.empty((6, 3))
+    A, b = np.empty((6, 6)), np.empty(6)
+    theta, work, increment = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    P[:] = 0.0
+    P[0, 0] = P[1, 1] = P[2, 2] = 1.0
+
+    largest, halts = math.inf, 0
+    for step in range(STEPS):
+        if largest < SETTLED and halts > 0:
+            break
+        halt = halts == 0 and (largest < SETTLED or step == STEPS // 2)
+        halts += int(halt)
+        A[:] = 0.0
+        for d in range(3):
+            A[d, d] = SHIFT * SHIFT
+            b[d] = SHIFT * SHIFT * (shift[d] - palm_shift[d])
+            A[3 + d, 3 + d] = TURN * TURN
+        multiply(palm_turn, turn.T, work)
+        rotation_vector(work, theta)
+        for d in range(3):
+            b[3 + d] = -TURN * TURN * theta[d]
+        for i in range(5):
+            if weight[i] <= 0.0:
+                continue
+            moved_axes[:] = axes[i]
+            place(chain, i, palm_turn, palm_shift, centre, q[i], turns, joints, moved_axes)
+            for d in range(3):
+                residual[i, d] = target[i, d] - joints[3, d]
+                if halt:
+                    held[i, d] = residual[i, d]
+                residual[i, d] += held[i, d]
+                arm[i, d] = joints[3, d] - centre[d] - palm_shift[d]
+            # how far the tip's path bends away from its tangent, which Gauss–Newton does not know
+            miss = weight[i] * norm(residual[i, 0], residual[i, 1], residual[i, 2])
+            damping = miss * norm(arm[i, 0], arm[i, 1], arm[i, 2])
+            for d in range(3):
+                A[3 + d, 3 + d] += damping
+            for n in range(4):
+                stiffness = ABDUCT * ABDUCT if n == 1 else FLEX * FLEX
+                pull = stiffness * q[i, n]
+                beyond = q[i, n] - min(max(q[i, n], bounds[i, n, 0]), bounds[i, n, 1])
+                if beyond != 0.0:
+                    stiffness += LIMIT * LIMIT
+                    pull += LIMIT * LIMIT * beyond
+                j = max(n - 1, 0)
+                x = joints[3, 0] - joints[j, 0]
+                y = joints[3, 1] - joints[j, 1]
+                z = joints[3, 2] - joints[j, 2]
+                stiffness += miss * norm(x, y, z)
+                G[i, n] = stiffness
+                rest[i, n] = pull / stiffness
+                F[i, 0, n] = moved_axes[n, 1] * z - moved_axes[n, 2] * y
+                F[i, 1, n] = moved_axes[n, 2] * x - moved_axes[n, 0] * z
+                F[i, 2, n] = moved_axes[n, 0] * y - moved_axes[n, 1] * x
+            for d in range(3):
+                for n in range(4):
+                    residual[i, d] += F[i, d, n] * rest[i, n]
+                for e in range(3):
+                    C[d, e] = 1.0 / weight[i] if d == e else 0.0
+                    for n in range(4):
+                        C[d, e] += F[i, d, n] * F[i, e, n] / G[i, n]
+            invert_symmetric(C, W[i])
+            P[0, 4], P[0, 5] = arm[i, 2], -arm[i, 1]
+            P[1, 3], P[1, 5] = -arm[i, 2], arm[i, 0]
+            P[2, 3], P[2, 4] = arm[i, 1], -arm[i, 0]
+            for m in range(6):
+                for d in range(3):
+                    PW[m, d] = P[0, m] * W[i, 0, d] + P[1, m] * W[i, 1, d] + P[2, m] * W[i, 2, d]
+                for n in range(m + 1):
+                    A[m, n] += PW[m, 0] * P[0, n] + PW[m, 1] * P[1, n] + PW[m, 2] * P[2, n]
+                for d in range(3):
+                    b[m] += PW[m, d] * residual[i, d]
+        solve_definite(A, b)
+        largest = 0.0
+        for d in range(3):
+            largest = max(largest, 10.0 * abs(b[d]), abs(b[3 + d]))
+        for i in range(5):
+            if weight[i] <= 0.0:
+                continue
+            # what the palm's step leaves to the finger
+            residual[i, 0] -= b[0] + arm[i, 2] * b[4] - arm[i, 1] * b[5]
+            residual[i, 1] -= b[1] - arm[i, 2] * b[3] + arm[i, 0] * b[5]
+            residual[i, 2] -= b[2] + arm[i, 1] * b[3] - arm[i, 0] * b[4]
+            for n in range(4):
+                bend = -rest[i, n]
+                for d in range(3):
+                    force = 0.0
+                    for e in range(3):
+                        force += W[i, d, e] * residual[i, e]
+                    bend += F[i, d, n] * force / G[i, n]
+                q[i, n] += bend
+                largest = max(largest, abs(bend))
+        for d in range(3):
+            palm_shift[d] += b[d]
+        turn_by(b[3:], increment)
+        work[:] = palm_turn
+        multiply(increment, work, palm_turn)
+
+    for i in range(5):
+        misses[i] = math.nan
+        if weight[i] <= 0.0:
+            q[i] = 0.0
+            continue
+        for n in range(4):
+            q[i, n] = min(max(q[i, n], bounds[i, n, 0]), bounds[i, n, 1])
+        moved_axes[:] = axes[i]
+        place(chain, i, palm_turn, palm_shift, centre, q[i], turns, joints, moved_axes)
+        total = 0.0
+        for d in range(3):
+            total += (target[i, d] - joints[3, d]) ** 2
+        misses[i] = math.sqrt(total)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def write_axes(poses, bases, parents, limits, axes, bounds):
+    """Axes of the tracked joints, and how far each angle may change.
+
+    Args:
+        poses: (25, 4, 4) T_room_joint. bases, parents, limits: as in `skeleton`.
+        axes: (5, 4, 3) and bounds: (5, 4, 2), written.
+    """
+    R = np.empty((3, 3))
+    tracked = np.empty(4)
+    for i in range(5):
+        base, parent = bases[i], parents[i]
+        for n in range(3):
+            # of the base relative to its parent, of the second joint relative to the base, …
+            above = parent if n == 0 else base + n - 1
+            for d in range(3):
+                for e in range(3):
+                    R[d, e] = 0.0
+                    for g in range(3):
+                        R[d, e] += poses[above, g, d] * poses[base + n, g, e]
+            # R = Rx(flexion) Ry(abduction) Rz(twist), so R e_z has no twist in it
+            flexion = math.atan2(-R[1, 2], R[2, 2])
+            if n == 0:
+                tracked[0] = flexion
+                tracked[1] = math.asin(min(max(R[0, 2], -1.0), 1.0))
+                c, s = math.cos(flexion), math.sin(flexion)
+                for d in range(3):
+                    axes[i, 0, d] = poses[above, d, 0]
+                    axes[i, 1, d] = c * poses[above, d, 1] + s * poses[above, d, 2]
+            else:
+                tracked[n + 1] = flexion
+                for d in range(3):
+                    axes[i, n + 1, d] = poses[above, d, 0]
+        for n in range(4):
+            bounds[i, n, 0] = min(0.0, limits[i, n, 0] - tracked[n])
+            bounds[i, n, 1] = max(0.0, limits[i, n, 1] - tracked[n])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def write_poses(poses, bases, present, axes, centre, palm_shift, palm_turn, q, out):
+    """Displayed poses of all joints, from those of palm and fingers.
+
+    Args:
+        poses: (n, 4, 4); joints that are no finger's go with the palm. out: (n, 4, 4), written.
+        present: (5,) bool, whether a finger is moved by its own angles.
+    """
+    turns, joints, chain = np.empty((7, 3, 3)), np.empty((4, 3)), np.empty((5, 4, 3))
+    moved_axes = np.empty((4, 3))
+    for j in range(len(poses)):
+        _carry(poses[j], palm_turn, centre, palm_shift, out[j])
+    for i in range(5):
+        if not present[i]:
+            continue
+        base = bases[i]
+        for n in range(4):
+            chain[i, n] = poses[base + n, :3, 3]
+        moved_axes[:] = axes[i]
+        place(chain, i, palm_turn, palm_shift, centre, q[i], turns, joints, moved_axes)
+        for n in range(4):
+            T = turns[min(n, 2)]
+            for d in range(3):
+                out[base + n, d, 3] = joints[n, d]
+                for e in range(3):
+                    total = 0.0
+                    for g in range(3):
+                        total += T[d, g] * poses[base + n, g, e]
+                    out[base + n, d, e] = total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _carry(pose, turn, centre, shift, out):
+    for d in range(3):
+        for e in range(3):
+            out[d, e] = turn[d, 0] * pose[0, e] + turn[d, 1] * pose[1, e] + turn[d, 2] * pose[2, e]
+        out[d, 3] = centre[d] + shift[d]
+        for e in range(3):
+            out[d, 3] += turn[d, e] * (pose[e, 3] - centre[e])
+    out[3, 0] = out[3, 1] = out[3, 2] = 0.0
+    out[3, 3] = 1.0

@@ -1,0 +1,229 @@
+"""Serving: which addresses, what is printed for a headset, and the built page."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import io
+import ipaddress
+import socket
+import tempfile
+import webbrowser
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import segno
+import uvicorn
+from platformdirs import user_data_path
+
+from touchwarp.errors import LiveError
+from touchwarp.live.access import ENTRANCE, Invitation
+from touchwarp.live.application import make_application
+from touchwarp.live.conversation import MOST_BYTES, Hub
+from touchwarp.live.https import HttpsIdentity, identity_for
+from touchwarp.live.opening import open_workbench
+from touchwarp.live.recordings import RecordingStore
+
+PAGE = Path(__file__).parent / "page"
+LOCAL = "127.0.0.1"
+DEFAULT_PORT = 8600
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to serve.
+
+    Attributes:
+        path: a scene file, a warp or bases.
+        port: on this machine's own address; the network address gets the next one. 0: any free.
+        host: the network address to serve on as well; "" for none, "auto" to find it.
+        recordings: the folder for recordings.
+        open_browser: open the page here.
+    """
+
+    path: Path
+    port: int
+    host: str
+    recordings: Path
+    open_browser: bool
+
+
+def serve(settings: Settings, say: Say) -> bool:
+    """Serve until interrupted; whether all work had stopped by then.
+
+    Args:
+        settings: how.
+        say: prints a line.
+
+    Raises:
+        SceneError, GoalError, WarpFileError: the file cannot be shown.
+        LiveError: the page is not built, or an address cannot be used.
+        OutputError: no place for a certificate.
+    """
+    page = built_page()
+    local = listen(LOCAL, settings.port)
+    port = int(local.getsockname()[1])
+    with contextlib.ExitStack() as stack:
+        stack.callback(local.close)
+        remote, identity, address = None, None, ""
+        if settings.host:
+            address = network_address() if settings.host == "auto" else settings.host
+            remote = listen(address, port + 1 if settings.port else 0)
+            stack.callback(remote.close)
+            identity = identity_for(address, user_data_path("touchwarp", appauthor=False) / "https")
+            address = f"{_bracketed(address)}:{remote.getsockname()[1]}"
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="touchwarp-view-")))
+        hub = Hub()
+        workbench = open_workbench(settings.path, folder, hub.tell)
+        store = RecordingStore(settings.recordings)
+        hub.serve(workbench, store)
+        invitation = Invitation()
+        if identity is not None:
+            shown = identity
+
+            def invite(new: Invitation) -> None:
+                say(invitation_text(address, new, shown, port))
+
+            invitation.renewed = invite
+        app = make_application(
+            workbench,
+            hub,
+            store,
+            page,
+            local_port=port,
+            remote=address or None,
+            invitation=invitation,
+        )
+        say(f"{settings.path.name} is at http://localhost:{port} (Ctrl-C ends it).")
+        if identity is not None:
+            say(invitation_text(address, invitation, identity, port))
+        workbench.start()
+        servers = [(_server(app), local)]
+        if remote is not None and identity is not None:
+            servers.append((_server(app, identity), remote))
+        if settings.open_browser:
+            webbrowser.open(f"http://localhost:{port}")
+        with contextlib.suppress(KeyboardInterrupt):  # the way to end it
+            asyncio.run(_run(servers))
+        return workbench.close()
+
+
+def built_page() -> Path:
+    """The folder of the built page.
+
+    Raises:
+        LiveError: it is not built.
+    """
+    if not (PAGE / "index.html").exists():
+        raise LiveError(
+            "The page is not built. In a checkout, run 'python web/build.py' (or 'make demo'); an "
+            "installed touchwarp has it: install it again."
+        )
+    return PAGE
+
+
+def listen(address: str, port: int) -> socket.socket:
+    """A listening socket.
+
+    Raises:
+        LiveError: the address is not this machine's, or the port is taken.
+    """
+    try:
+        version = ipaddress.ip_address(address).version
+    except ValueError:
+        raise LiveError(
+            f"'{address}' is no IP address; give one of this machine's, or --host alone."
+        ) from None
+    family = socket.AF_INET6 if version == 6 else socket.AF_INET
+    listening = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind((address, port))
+        listening.listen()
+    except OSError as error:
+        listening.close()
+        raise LiveError(
+            f"{address} port {port} cannot be used ({error.strerror}); choose another by --port, "
+            "or end the program that has it."
+        ) from error
+    return listening
+
+
+def network_address() -> str:
+    """This machine's address on its network, as other machines see it.
+
+    Raises:
+        LiveError: it has none.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            # A route is looked up; no packet is sent. The address is one reserved for documents.
+            probe.connect(("192.0.2.1", 9))
+            address = str(probe.getsockname()[0])
+        except OSError as error:
+            raise LiveError(
+                "This machine has no network address; join a network, give an address after "
+                "--host, or use a cable and 'adb reverse' without --host."
+            ) from error
+    return address
+
+
+def invitation_text(
+    address: str, invitation: Invitation, identity: HttpsIdentity, local_port: int
+) -> str:
+    """What a person needs to open the page in a headset."""
+    link = f"https://{address}{ENTRANCE}?token={invitation.token}"
+    drawn = io.StringIO()
+    segno.make(link, error="l").terminal(drawn, compact=True, border=2)
+    return "\n".join(
+        [
+            "",
+            "In the headset's browser, one of:",
+            drawn.getvalue(),
+            f"  1. Scan this, or open  {link}",
+            f"     or open  https://{address}  and type the code  {invitation.code}",
+            "     (good for one browser; then a new pair is shown). The browser warns once, as the",
+            "     certificate is this machine's own: choose Advanced, then Proceed. Its SHA-256 is",
+            f"     {identity.fingerprint}",
+            "  2. By cable, where the network keeps devices apart:",
+            f"     adb reverse tcp:{local_port} tcp:{local_port}",
+            f"     then open  http://localhost:{local_port}  in the headset.",
+            "",
+        ]
+    )
+
+
+def _bracketed(address: str) -> str:
+    return f"[{address}]" if ":" in address else address
+
+
+def _server(app: object, identity: HttpsIdentity | None = None) -> uvicorn.Server:
+    return uvicorn.Server(
+        uvicorn.Config(
+            app,  # type: ignore[arg-type]
+            log_level="warning",
+            ws="websockets-sansio",
+            ws_max_size=MOST_BYTES,
+            lifespan="on" if identity is None else "off",
+            server_header=False,
+            ssl_certfile=None if identity is None else identity.certificate,
+            ssl_keyfile=None if identity is None else identity.key,
+            timeout_graceful_shutdown=2,
+        )
+    )
+
+
+async def _run(servers: list[tuple[uvicorn.Server, socket.socket]]) -> None:
+    """Run all servers until one is interrupted, then end the others."""
+
+    async def run(server: uvicorn.Server, listening: socket.socket) -> None:
+        try:
+            await server.serve(sockets=[listening])
+        finally:
+            for other, _ in servers:
+                other.should_exit = True
+
+    await asyncio.gather(*(run(*pair) for pair in servers))

@@ -1,0 +1,114 @@
+"""A real browser for the tests of the page; see chromium.py for where it comes from."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, sync_playwright
+
+import touchwarp as tw
+from tests.browser.chromium import FLAGS, obtain_chromium
+from tests.browser.server import Server
+
+SCENE = """\
+# a ball on a table, felt 15 mm beside where it is and larger
+[objective]
+tolerance_mm = 0.5
+
+[outer]
+box = { min = [-0.2, -0.2, -0.1], max = [0.2, 0.2, 0.25] }
+
+[[prop]]
+name = "ball"
+shape = { kind = "ellipsoid", size = [0.1, 0.1, 0.1] }
+pose = { position = [0, 0, 0.06] }
+
+[prop.goal]
+kind = "transform"
+scale = [1.2, 1.2, 1.1]
+translation = [0.015, 0, 0]    # to the right
+
+[[fixed]]
+name = "table"
+plane = { point = [0, 0, 0], normal = [0, 0, 1] }
+"""
+
+SHOTS = Path(__file__).resolve().parents[2] / "build" / "screenshots"
+
+
+@pytest.fixture(scope="session")
+def chromium(pytestconfig: pytest.Config) -> Iterator[Browser]:
+    """The browser, started once."""
+    program, source = obtain_chromium()
+    reporter = pytestconfig.pluginmanager.get_plugin("terminalreporter")
+    if reporter is not None:
+        reporter.write_line(f"\nbrowser tests run in {source}")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def page(chromium: Browser, serve: Callable[[Path], Server]) -> Iterator[Page]:
+    """A fresh tab, 1100 × 680; errors that its scripts throw or log fail the test.
+
+    It is closed before servers end (hence `serve`), so that it does not miss them.
+    """
+    context = chromium.new_context(
+        viewport={"width": 1100, "height": 680}, ignore_https_errors=True
+    )
+    tab = context.new_page()
+    tab.set_default_timeout(20_000)
+    errors: list[str] = []
+    tab.on("pageerror", lambda error: errors.append(str(error)))
+    tab.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
+    tab.expected_errors = []  # type: ignore[attr-defined]
+    yield tab
+    expected = tab.expected_errors  # type: ignore[attr-defined]
+    context.close()
+    assert [e for e in errors if not any(word in e for word in expected)] == []
+
+
+@pytest.fixture(scope="session")
+def screenshots() -> Path:
+    """A folder, outside version control, where tests leave pictures to look at."""
+    SHOTS.mkdir(parents=True, exist_ok=True)
+    return SHOTS
+
+
+@pytest.fixture
+def serve(tmp_path: Path) -> Iterator[Callable[[Path], Server]]:
+    """Starts `touchwarp view` for a scene or a warp; what was started is ended."""
+    started: list[Server] = []
+
+    def start(path: Path) -> Server:
+        server = Server(path)
+        started.append(server)
+        server.start()
+        return server
+
+    yield start
+    for server in started:
+        server.stop()
+
+
+@pytest.fixture(scope="session")
+def ball_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A scene that is quick to solve, solved: ball.toml, ball.warp and ball.bases; copy it."""
+    folder = tmp_path_factory.mktemp("ball-scene")
+    path = folder / "ball.toml"
+    path.write_text(SCENE)
+    scene = tw.load_scene(path)
+    tw.solve(scene).save(path.with_suffix(".warp"))
+    tw.solve_bases(scene).save(path.with_suffix(".bases"))
+    return folder
+
+
+@pytest.fixture
+def ball(ball_folder: Path, tmp_path: Path) -> Path:
+    """The scene file, in a folder of its own."""
+    return Path(shutil.copytree(ball_folder, tmp_path / "scene")) / "ball.toml"

@@ -1,0 +1,111 @@
+"""`touchwarp view` as a process: addresses, what it prints, how it ends."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import ssl
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from touchwarp.errors import LiveError
+from touchwarp.live import serving
+from touchwarp.live.access import Invitation
+from touchwarp.live.https import HttpsIdentity
+from touchwarp.live.serving import built_page, invitation_text, listen
+from touchwarp.warp import TableWarp
+
+
+def test_it_serves_this_machine_and_a_headset_and_ends_by_ctrl_c(
+    ball_path: Path,
+    ball_table: TableWarp,
+    tmp_path: Path,
+) -> None:
+    ball_table.save(ball_path.with_suffix(".warp"))
+    command = [sys.executable, "-m", "touchwarp", "view", str(ball_path), "--no-browser"]
+    process = subprocess.Popen(
+        [*command, "--port", "0", "--host", "127.0.0.2"],
+        stdout=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+        env=os.environ | {"XDG_DATA_HOME": str(tmp_path), "PYTHONUNBUFFERED": "1"},
+    )
+    try:
+        assert process.stdout is not None
+        local = re.search(r"http://localhost:\d+", process.stdout.readline())
+        assert local is not None
+        text = ""
+        while "adb reverse" not in text:
+            text += process.stdout.readline()
+        link = re.search(r"https://127\.0\.0\.2:\d+/enter\?token=\S+", text)
+        assert link is not None
+        with urllib.request.urlopen(f"{local[0]}/boot.json", timeout=30) as answer:
+            assert b"ball.toml" in answer.read()
+        anyone = ssl.create_default_context()
+        anyone.check_hostname, anyone.verify_mode = False, ssl.CERT_NONE
+        with pytest.raises(urllib.error.HTTPError, match="401") as refused:
+            urllib.request.urlopen(
+                link[0].replace("/enter?token=", "/boot.json?"), context=anyone, timeout=30
+            )
+        refused.value.close()
+        keeping = urllib.request.build_opener(
+            urllib.request.HTTPSHandler(context=anyone), urllib.request.HTTPCookieProcessor()
+        )
+        with keeping.open(link[0], timeout=30) as answer:
+            assert answer.url.endswith("/")
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.stdout.close()
+        assert process.wait(timeout=30) == 0
+
+
+def test_a_taken_port_is_told() -> None:
+    first = listen("127.0.0.1", 0)
+    with first, pytest.raises(LiveError, match=r"cannot be used .*choose another by --port"):
+        listen("127.0.0.1", first.getsockname()[1])
+
+
+def test_an_address_is_needed() -> None:
+    with pytest.raises(LiveError, match="'elsewhere' is no IP address"):
+        listen("elsewhere", 0)
+
+
+def test_no_network_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Unreachable:
+        def __enter__(self) -> Unreachable:
+            return self
+
+        def __exit__(self, *error: object) -> None: ...
+
+        def connect(self, address: object) -> None:
+            raise OSError("Network is unreachable")
+
+    monkeypatch.setattr(serving.socket, "socket", lambda *kinds: Unreachable())
+    with pytest.raises(LiveError, match="no network address"):
+        serving.network_address()
+
+
+def test_a_page_that_is_not_built_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(serving, "PAGE", tmp_path)
+    with pytest.raises(LiveError, match="The page is not built"):
+        built_page()
+
+
+def test_the_invitation_tells_every_way_in() -> None:
+    invitation = Invitation()
+    identity = HttpsIdentity(Path("a"), Path("b"), "AB:CD")
+    text = invitation_text("192.0.2.7:8601", invitation, identity, 8600)
+    for part in (
+        f"https://192.0.2.7:8601/enter?token={invitation.token}",
+        invitation.code,
+        "AB:CD",
+        "adb reverse tcp:8600 tcp:8600",
+        "█",
+    ):
+        assert part in text

@@ -1,0 +1,119 @@
+import { Euler, MathUtils, Matrix4, Object3D, Quaternion, Vector3 } from "three";
+import { TransformControls } from "three/examples/jsm/controls/TransformControls.js";
+import type { Placement } from "../live/messages.js";
+import { SEEN, showIn, TOGETHER } from "./layers.js";
+import type { PropObject } from "./objects.js";
+import type { Stage } from "./stage.js";
+
+export type GizmoMode = "translate" | "rotate" | "scale";
+
+const LEAST_SCALE = 0.05;
+
+/** Moves, turns and scales one virtual object about its goal's pivot. */
+export class Gizmo {
+  readonly controls: TransformControls;
+  prop: PropObject | null = null;
+  /** Called while dragging, at display rate, and once at its end. */
+  changed: (prop: PropObject, placement: Placement, ended: boolean) => void = () => {};
+  /** pivot + translation, R and S: three's own order T·R·S is the goal's. */
+  #object = new Object3D();
+
+  constructor(readonly stage: Stage) {
+    this.controls = new TransformControls(stage.camera, stage.seen.element);
+    this.controls.setSize(0.7);
+    stage.scene.add(this.#object);
+    const helper = this.controls.getHelper();
+    showIn(helper, [SEEN, TOGETHER]);
+    stage.scene.add(helper);
+    this.controls.getRaycaster().layers.enableAll();
+    this.controls.addEventListener("change", () => stage.draw());
+    this.controls.addEventListener("dragging-changed", (event) => {
+      stage.orbit.enabled = !event.value;
+      if (!event.value) this.#tell(true);
+    });
+    this.controls.addEventListener("objectChange", () => this.#tell(false));
+  }
+
+  get dragging(): boolean {
+    return this.controls.dragging;
+  }
+
+  get mode(): GizmoMode {
+    return this.controls.mode as GizmoMode;
+  }
+
+  set mode(mode: GizmoMode) {
+    this.controls.setMode(mode);
+    this.stage.draw();
+  }
+
+  /** Attach to a prop's virtual object; null, or one whose goal is not written so, detaches. */
+  attach(prop: PropObject | null): void {
+    const placement = prop?.state.placement ?? null;
+    this.prop = placement === null ? null : prop;
+    if (this.prop === null || placement === null) {
+      this.controls.detach();
+    } else {
+      place(this.#object, this.prop.state.pivot, placement);
+      this.controls.attach(this.#object);
+    }
+    this.stage.draw();
+  }
+
+  /** Put the virtual object somewhere, as typed or taken back. */
+  set(placement: Placement, ended: boolean): void {
+    if (this.prop === null) return;
+    place(this.#object, this.prop.state.pivot, placement);
+    if (ended) this.#tell(true);
+  }
+
+  #tell(ended: boolean): void {
+    if (this.prop === null) return;
+    const { scale } = this.#object;
+    for (const axis of ["x", "y", "z"] as const) {
+      scale[axis] = Math.max(LEAST_SCALE, scale[axis]);
+    }
+    this.changed(this.prop, placementOf(this.#object, this.prop.state.pivot), ended);
+  }
+}
+
+/** R = Rz·Ry·Rx, which three calls the order ZYX. */
+function place(object: Object3D, pivot: readonly number[], placement: Placement): void {
+  const [x, y, z] = placement.rotation_deg.map(MathUtils.degToRad) as [number, number, number];
+  object.quaternion.setFromEuler(new Euler(x, y, z, "ZYX"));
+  object.scale.set(...placement.scale);
+  object.position.set(pivot[0]!, pivot[1]!, pivot[2]!).add(new Vector3(...placement.translation));
+  object.updateMatrixWorld();
+}
+
+function placementOf(object: Object3D, pivot: readonly number[]): Placement {
+  const turn = new Euler().setFromQuaternion(object.quaternion, "ZYX");
+  const from = new Vector3(pivot[0], pivot[1], pivot[2]);
+  const move = object.position.clone().sub(from);
+  return {
+    scale: object.scale.toArray().map((v) => rounded(v, 4)) as [number, number, number],
+    rotation_deg: [turn.x, turn.y, turn.z].map((v) => rounded(MathUtils.radToDeg(v), 3)) as [
+      number,
+      number,
+      number,
+    ],
+    translation: move.toArray().map((v) => rounded(v, 5)) as [number, number, number],
+  };
+}
+
+/** The goal of a placement as a matrix: pivot + translation + R·S·(x − pivot). */
+export function goalOf(pivot: readonly number[], placement: Placement): Float64Array {
+  const object = new Object3D();
+  place(object, pivot, placement);
+  const back = new Matrix4().makeTranslation(-pivot[0]!, -pivot[1]!, -pivot[2]!);
+  const M = new Matrix4().compose(
+    object.position,
+    new Quaternion().copy(object.quaternion),
+    object.scale,
+  );
+  return Float64Array.from(M.multiply(back).elements);
+}
+
+function rounded(value: number, digits: number): number {
+  return Number(value.toFixed(digits)) + 0;
+}

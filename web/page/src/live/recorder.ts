@@ -1,0 +1,254 @@
+import type { Connection } from "./connection.js";
+import type { BeginRecording, ChunkHeader, FromServer } from "./messages.js";
+import { COLUMNS, packChunk, unpackChunk, writeRow } from "./rows.js";
+import { ChunkStore, type Kept } from "./store.js";
+
+const ROWS_A_CHUNK = 144; // two hands for a second at 72 Hz
+const MOST_MS_A_CHUNK = 1000;
+
+/** What of the recorder the page shows. */
+export interface RecorderStatus {
+  readonly participant: string | null;
+  readonly rows: number;
+  /** Chunks not yet acknowledged by the server. */
+  readonly waiting: number;
+  /** Recordings that are whole but on this device only. */
+  readonly onDevice: readonly string[];
+}
+
+/**
+ * Records hands once the person has consented. Chunks are kept on this device until the server
+ * has acknowledged them, and sent again after a lost connection or a reload; without a server they
+ * stay here until saved as a file.
+ */
+export class Recorder {
+  #store = new ChunkStore();
+  #begin: BeginRecording | null = null;
+  #numbers = new Float64Array(ROWS_A_CHUNK * COLUMNS.length);
+  #rowsInChunk = 0;
+  #chunkSince = 0;
+  #sequence = 0;
+  #rows = 0;
+  #notes: string[] = [];
+  #warp = "";
+  #waiting = new Set<string>();
+  #onDevice: string[] = [];
+  #release = () => {};
+  /** Before what was refused is sent again, ms. */
+  #patience = 1000;
+  #writes: Promise<unknown> = Promise.resolve();
+  #listeners = new Set<(status: RecorderStatus) => void>();
+
+  constructor(readonly connection: Connection | null) {
+    connection?.listen((message) => this.#hear(message));
+    connection?.listenStatus((open) => {
+      if (open) this.#write(() => this.#resend());
+    });
+    this.#write(() => this.#resend());
+    addEventListener("pagehide", () => this.#closeChunk());
+  }
+
+  get recording(): boolean {
+    return this.#begin !== null;
+  }
+
+  get status(): RecorderStatus {
+    return {
+      participant: this.#begin?.participant ?? null,
+      rows: this.#rows,
+      waiting: this.#waiting.size,
+      onDevice: this.#onDevice,
+    };
+  }
+
+  /** Told of every change of `status`. */
+  listen(listener: (status: RecorderStatus) => void): () => void {
+    this.#listeners.add(listener);
+    return () => this.#listeners.delete(listener);
+  }
+
+  /** Begin; call it only after the person has agreed. */
+  begin(participant: string, warp: string): string {
+    if (this.#begin !== null) this.end();
+    const begin: BeginRecording = {
+      kind: "begin_recording",
+      recording: randomName(),
+      participant,
+      consent: true,
+      started: new Date().toISOString(),
+      columns: COLUMNS,
+      device: navigator.userAgent.slice(0, 300),
+    };
+    this.#begin = begin;
+    // while this page records, others of this browser must not take the recording for abandoned
+    void navigator.locks?.request(
+      begin.recording,
+      () => new Promise<void>((r) => (this.#release = r)),
+    );
+    this.#sequence = this.#rows = this.#rowsInChunk = 0;
+    this.#notes = [];
+    this.#warp = warp;
+    this.#write(() => this.#store.put(`begin/${begin.recording}`, begin));
+    this.connection?.send(begin);
+    this.#changed();
+    return begin.recording;
+  }
+
+  /** One hand of one frame; does nothing unless recording. See `writeRow`. */
+  frame(
+    time: number,
+    hand: 0 | 1,
+    weight: number,
+    contacts: number,
+    real: Float32Array,
+    displayed: Float32Array,
+    radii: Float32Array,
+    warp: string,
+  ): void {
+    if (this.#begin === null) return;
+    const full = this.#rowsInChunk === ROWS_A_CHUNK;
+    const old = this.#rowsInChunk > 0 && time - this.#chunkSince > MOST_MS_A_CHUNK;
+    if (full || old || warp !== this.#warp) this.#closeChunk();
+    this.#warp = warp;
+    if (this.#rowsInChunk === 0) this.#chunkSince = time;
+    const start = this.#rowsInChunk * COLUMNS.length;
+    writeRow(this.#numbers, start, time, hand, weight, contacts, real, displayed, radii);
+    this.#rowsInChunk++;
+    this.#rows++;
+  }
+
+  /** Remember an event as text, with its time. */
+  note(time: number, text: string): void {
+    if (this.#begin !== null) this.#notes.push(`${time} ${text}`.slice(0, 2000));
+  }
+
+  /** End the recording. */
+  end(): void {
+    const begin = this.#begin;
+    if (begin === null) return;
+    this.#closeChunk();
+    this.#begin = null;
+    this.#release();
+    const chunks = this.#sequence;
+    this.#write(() => this.#store.put(`end/${begin.recording}`, chunks));
+    this.#write(() => this.#resend());
+    this.#changed();
+  }
+
+  /** A recording kept on this device, as CSV at full precision. */
+  async asCsv(recording: string): Promise<Blob> {
+    const begin = await this.#store.get<BeginRecording>(`begin/${recording}`);
+    const columns = begin?.columns ?? COLUMNS;
+    const parts = [`chunk,warp,${columns.join(",")}\n`];
+    for (const key of await this.#store.keys(`chunk/${recording}/`)) {
+      const kept = await this.#store.get<Kept>(key);
+      if (kept === undefined) continue;
+      const { header, numbers } = unpackChunk<ChunkHeader>(kept.bytes);
+      for (let row = 0; row < header.rows; row++) {
+        const values = numbers.subarray(row * columns.length, (row + 1) * columns.length);
+        parts.push(`${header.sequence},${header.warp},${values.join(",")}\n`);
+      }
+    }
+    return new Blob(parts, { type: "text/csv" });
+  }
+
+  /** Delete a recording from this device. */
+  async forget(recording: string): Promise<void> {
+    const keys = await this.#store.keys(`chunk/${recording}/`);
+    for (const key of [...keys, `begin/${recording}`, `end/${recording}`]) {
+      await this.#store.delete(key);
+      this.#waiting.delete(key);
+    }
+    this.#onDevice = this.#onDevice.filter((other) => other !== recording);
+    this.#changed();
+  }
+
+  #closeChunk(): void {
+    if (this.#begin === null || (this.#rowsInChunk === 0 && this.#notes.length === 0)) return;
+    const { recording } = this.#begin;
+    const header: ChunkHeader = {
+      recording,
+      sequence: this.#sequence++,
+      rows: this.#rowsInChunk,
+      warp: this.#warp,
+      notes: this.#notes,
+    };
+    const numbers = this.#numbers.subarray(0, this.#rowsInChunk * COLUMNS.length);
+    const bytes = packChunk(header, numbers);
+    this.#rowsInChunk = 0;
+    this.#notes = [];
+    const key = keyOf(recording, header.sequence);
+    this.#waiting.add(key);
+    this.#write(() => this.#store.put(key, { recording, sequence: header.sequence, bytes }));
+    this.connection?.send(bytes);
+    this.#changed();
+  }
+
+  #hear(message: FromServer): void {
+    if (message.kind === "acknowledged") {
+      const key = keyOf(message.recording, message.sequence);
+      this.#patience = 1000;
+      this.#waiting.delete(key);
+      this.#write(() => this.#store.delete(key));
+      this.#changed();
+    } else if (message.kind === "finished") {
+      void this.forget(message.recording);
+    } else if (message.kind === "refused" && /recording/i.test(message.reason)) {
+      setTimeout(() => this.#write(() => this.#resend()), this.#patience);
+      this.#patience = Math.min(2 * this.#patience, 60_000);
+    }
+  }
+
+  /** Send all that the server has not acknowledged: beginnings, chunks, ends, in this order. */
+  async #resend(): Promise<void> {
+    const onDevice: string[] = [];
+    const held = (await navigator.locks?.query())?.held ?? [];
+    for (const key of await this.#store.keys("begin/")) {
+      const begin = await this.#store.get<BeginRecording>(key);
+      if (begin === undefined) continue;
+      const { recording } = begin;
+      const mine = recording === this.#begin?.recording;
+      if (!mine && held.some((lock) => lock.name === recording)) continue;
+      this.connection?.send(begin);
+      for (const chunk of await this.#store.keys(`chunk/${recording}/`)) {
+        this.#waiting.add(chunk);
+        const kept = await this.#store.get<Kept>(chunk);
+        if (kept !== undefined) this.connection?.send(kept.bytes);
+      }
+      if (mine) continue;
+      let chunks = await this.#store.get<number>(`end/${recording}`);
+      if (chunks === undefined) {
+        // the page was closed while recording: what there is, is all there is
+        chunks = await this.#chunksSoFar(recording);
+        await this.#store.put(`end/${recording}`, chunks);
+      }
+      this.connection?.send({ kind: "end_recording", recording, chunks });
+      onDevice.push(recording);
+    }
+    this.#onDevice = onDevice;
+    this.#changed();
+  }
+
+  async #chunksSoFar(recording: string): Promise<number> {
+    const last = (await this.#store.keys(`chunk/${recording}/`)).at(-1);
+    return last === undefined ? 0 : Number(last.split("/")[2]) + 1;
+  }
+
+  #write(action: () => Promise<unknown>): void {
+    this.#writes = this.#writes.then(action, action);
+  }
+
+  #changed(): void {
+    for (const listener of this.#listeners) listener(this.status);
+  }
+}
+
+function keyOf(recording: string, sequence: number): string {
+  return `chunk/${recording}/${String(sequence).padStart(6, "0")}`;
+}
+
+/** Not crypto.randomUUID, which plain-HTTP pages lack. */
+function randomName(): string {
+  const bytes = crypto.getRandomValues(new Uint8Array(10));
+  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
+}

@@ -1,0 +1,81 @@
+import { Vector3 } from "three";
+import type { HandRetargeter, Warp } from "touchwarp";
+import { type AuditedContact, StopDetector, TouchAudit } from "./audit.js";
+import { type HandInput, TIPS } from "./hand_input.js";
+import type { PlacedProps } from "./prop_model.js";
+
+/** Nearer than this to the prop, a fingertip's skin counts as on it, m. */
+const ON_SURFACE = 0.003;
+
+/** Watches all ten fingertips for contacts, and audits them. */
+export class ContactWatch {
+  readonly audit = new TouchAudit();
+  /** Contacts of the last update. */
+  fresh: AuditedContact[] = [];
+  #detectors = Array.from({ length: 10 }, () => new StopDetector());
+  #outside: number | null = null;
+
+  restart(): void {
+    this.audit.restart();
+  }
+
+  /** An outside signal (a touch sensor on the prop, say) tells of a contact now. */
+  signal(time: number): void {
+    this.#outside = time;
+  }
+
+  /**
+   * One hand at one frame.
+   * @returns which fingertips are on the prop: bit 0 the thumb … bit 4 the little finger
+   */
+  update(
+    time: number,
+    input: HandInput,
+    displayed: Float32Array,
+    placed: PlacedProps,
+    warp: Warp | null,
+    retargeter: HandRetargeter,
+  ): number {
+    this.fresh = [];
+    if (!input.tracked || placed.props.length === 0) return 0;
+    let touching = 0;
+    TIPS.forEach((joint, finger) => {
+      input.joint(joint, real);
+      if (!Number.isFinite(real.x)) return;
+      const radius = input.radius(joint);
+      // Far from everything there is nothing to say, and nothing to look up.
+      const felt = placed.felt(real);
+      const nearness = felt.distance - radius;
+      if (Math.abs(nearness) < ON_SURFACE) touching |= 1 << finger;
+      const gap = placed.seen(shown.fromArray(displayed, 16 * joint + 12), outward) - radius;
+      skin.copy(real).addScaledVector(felt.outward, -radius);
+      const detector = this.#detectors[5 * input.side + finger]!;
+      const stop = detector.update(time, skin, nearness, gap);
+      if (!warp || !retargeter.mayClaimContact) return;
+      const told = this.#outside !== null && touching & (1 << finger);
+      if (!stop && !told) return;
+      felt.point.toArray(place);
+      warp.displayed(place, place);
+      this.fresh.push(
+        this.audit.add({
+          time: stop?.time ?? time,
+          hand: input.side,
+          finger,
+          signal: stop ? "stopped" : "outside",
+          normal: outward.clone(),
+          gapAtContact: stop?.gapAtContact ?? gap,
+          gapSettled: stop?.gapSettled ?? gap,
+          warp: skin.fromArray(place).sub(felt.goal).dot(outward),
+        }),
+      );
+      this.#outside = null;
+    });
+    return touching;
+  }
+}
+
+const real = new Vector3();
+const shown = new Vector3();
+const skin = new Vector3();
+const outward = new Vector3();
+const place = new Float64Array(3);
