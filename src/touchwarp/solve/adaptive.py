@@ -34,12 +34,12 @@ NODES_PER_BRICK = 640
 CELLS_ACROSS_TUBE = 2.0
 """The finest cells near edges are no larger than the tube's radius over this, …"""
 
+MOST_CELLS_ACROSS_TUBE = 8.0
+"""… and no smaller than this share of it."""
+
 RIM = 0.5
 """A level is widened where the coarser one misses its rim by more than this share of the
 tolerance."""
-
-MOST_CELLS_ACROSS_TUBE = 8.0
-"""… and no smaller than this share of it."""
 
 STEPS_BACK = 2
 """A demand rebuilds levels from this many above its cells, so that they can make room for finer
@@ -53,7 +53,6 @@ MOST_CYCLES = 30
 
 SETTLED = 0.01
 """Cycling ends when u changes by less than this share of the tolerance."""
-
 
 ROUNDING = 4e-6
 """… or than this share of the greatest |u|, where float32 stops it."""
@@ -264,10 +263,7 @@ class AdaptiveSolver:
             )
 
     def _next_bricks(
-        self,
-        data: NDArray[np.float64],
-        lane_scale: NDArray[np.float32],
-        depth_at_edges: int,
+        self, data: NDArray[np.float64], lane_scale: NDArray[np.float32], depth_at_edges: int
     ) -> NDArray[np.int64]:
         """(k, 3) bricks of the level after the finest, which may first be widened to hold them."""
         stages = self.multigrid.stages
@@ -281,10 +277,7 @@ class AdaptiveSolver:
         return octants[surrounded(stages[-1], octants)]
 
     def _widen(
-        self,
-        margin: NDArray[np.int64],
-        needed: NDArray[np.int64],
-        data: NDArray[np.float64],
+        self, margin: NDArray[np.int64], needed: NDArray[np.int64], data: NDArray[np.float64]
     ) -> bool:
         """Add bricks (k, 3) to the finest level, and solve it again; whether there were any to add.
 
