@@ -75,9 +75,10 @@ def test_measured_points_become_a_shape(folder: Path, capsys: Told) -> None:
     assert "Fitted a cylinder fitted to 60 points" in capsys.readouterr().out
     scene = load_scene(folder / "can.toml")
     assert abs(scene.props[0].surface.bounds - can.bounds).max() < 5e-4
-    assert (
-        tomllib.loads((folder / "can.toml").read_text())["prop"][0]["shape"]["kind"] == "cylinder"
-    )
+    text = (folder / "can.toml").read_text()
+    # its caps are fans of many triangles, which a map of surfaces does not bear
+    assert "remeshed to" in text
+    assert tomllib.loads(text)["prop"][0]["goal"]["kind"] == "match"
 
 
 def test_questions_need_a_terminal_or_an_option(

@@ -354,17 +354,9 @@ class AdaptiveSolver:
 
     def _error_outside_tube(self) -> float:
         """m: the greatest estimated discretisation error farther than the radius from edges."""
-        worst = 0.0
         errors = discretisation_error(self.multigrid)
-        for stage, region, error in zip(self.multigrid.stages, self.regions, errors, strict=True):
-            size = np.sqrt((error[:, :3] ** 2).sum(axis=1))
-            nodes = np.flatnonzero((region == 1) & (size > 0.5 * self.tolerance))
-            if stage.level.depth < 0 or len(nodes) == 0:
-                continue
-            where = stage.level.coordinates(nodes) / 2.0**stage.level.depth
-            points = self.problem.frame.to_scene(where)
-            worst = max(worst, float(size[nodes][~self.tube.contains(points)].max(initial=0.0)))
-        return worst
+        frame, least = self.problem.frame, 0.5 * self.tolerance
+        return self.tube.greatest_outside(frame, self.multigrid.stages, self.regions, errors, least)
 
     def _depth_of(self, spacing: float) -> int:
         """The first level with cells no larger than `spacing` (m)."""

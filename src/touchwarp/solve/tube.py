@@ -31,6 +31,29 @@ class Tube:
         distance, _ = self._tree.query(points, distance_upper_bound=self.radius)
         return np.asarray(np.isfinite(distance))
 
+    def greatest_outside(
+        self,
+        frame: Frame,
+        stages: list[Stage],
+        regions: list[Region],
+        errors: list[NDArray[np.float32]],
+        least: float,
+    ) -> float:
+        """m: the greatest of a field's errors in Ω outside the tube; 0 where all are below `least`.
+
+        `errors` has (n, 4) m for each stage.
+        """
+        worst = 0.0
+        for stage, region, error in zip(stages, regions, errors, strict=True):
+            size = np.sqrt((error[:, :3] ** 2).sum(axis=1))
+            nodes = np.flatnonzero((region == 1) & (size > least))
+            if stage.level.depth < 0 or len(nodes) == 0:
+                continue
+            where = stage.level.coordinates(nodes) / 2.0**stage.level.depth
+            outside = ~self.contains(frame.to_scene(where))
+            worst = max(worst, float(size[nodes][outside].max(initial=0.0)))
+        return worst
+
     def with_thin_parts(self, finest: Stage, region: Region, frame: Frame) -> Tube:
         """The tube with the finest level's thin walls and sheets added."""
         cuts = finest.cuts
