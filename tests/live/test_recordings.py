@@ -163,6 +163,15 @@ def test_one_command_deletes_one_participant(
     assert not (folder / "P1").exists()
 
 
+def test_listing_where_there_is_nothing_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["recordings", "list", "--folder", str(tmp_path)]) == 0
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert f"No recordings in {tmp_path}" in told.err
+
+
 @pytest.mark.parametrize("name", ["P9", "..", "../scene", "P*", ""])
 def test_nothing_else_is_ever_deleted(
     tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]

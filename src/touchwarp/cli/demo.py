@@ -100,10 +100,12 @@ def make_cup(folder: Path) -> Made:
 def make_turned_cup(folder: Path) -> Made:
     """Solve the bases of the props once and combine them for turned.toml; check that too."""
     import touchwarp as tw
+    from touchwarp.cli.terminal import progress_bar
 
     start = perf_counter()
     scene = tw.load_scene(folder / "turned.toml")
-    bases = tw.solve_bases(scene)
+    with progress_bar("solving the bases") as progress:
+        bases = tw.solve_bases(scene, progress=progress)
     goals = tw.goals(scene).items()
     transforms = {name: goal.matrix for name, goal in goals if goal.matrix is not None}
     solved = perf_counter()

@@ -27,7 +27,10 @@ def list_command(folder: Path) -> None:
     """One line a recording: participant, recording, beginning, file."""
     from touchwarp.live.recordings import RecordingStore
 
-    for recording in RecordingStore(folder).all():
+    recordings = list(RecordingStore(folder).all())
+    if not recordings:
+        click.echo(f"No recordings in {folder}; --folder names another place.", err=True)
+    for recording in recordings:
         where = recording.whole if recording.ended else f"{recording.folder} (not ended)"
         about = recording.about
         click.echo(f"{recording.participant}  {recording.identifier}  {about['started']}  {where}")

@@ -74,16 +74,17 @@ def repair_command(
 
     mesh_format(output)
     claim(output, mesh)
-    with within(mesh.name), progress_bar("reading the mesh") as progress:
+    with progress_bar("reading the mesh") as progress:
         surface = read_mesh(mesh, unit)
-        done = repair(
-            surface,
-            genus=genus,
-            bound_mm=bound_mm,
-            voxel_mm=voxel_mm,
-            faces=faces,
-            progress=progress,
-        )
+        with within(mesh.name):
+            done = repair(
+                surface,
+                genus=genus,
+                bound_mm=bound_mm,
+                voxel_mm=voxel_mm,
+                faces=faces,
+                progress=progress,
+            )
     metres = metres_per_unit(unit) if unit is not None else read_raw_mesh(mesh).metres
     write_mesh(output, done.surface, metres or 1.0)
     show_facts(f"{output}: one closed surface, genus {done.genus}", repair_rows(done))
