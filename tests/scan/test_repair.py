@@ -98,6 +98,17 @@ def test_a_bound_that_is_not_met_is_refused(mug: Surface) -> None:
         repair(shattered(mug), genus=1, voxel_mm=1.5, bound_mm=0.01)
 
 
+def test_a_sheet_is_not_capped_with_itself() -> None:
+    corners = np.array([[0.0, 0, 0], [0.1, 0, 0], [0.1, 0.06, 0], [0, 0.06, 0]])
+    with pytest.raises(SceneError, match="it has no inside"):
+        repair(Surface(corners, np.array([[0, 1, 2], [0, 2, 3]])), genus=0)
+
+
+def test_a_thin_card_has_an_inside() -> None:
+    card = box([0.086, 0.054, 0.0008])
+    assert repair(Surface(card.vertices, card.faces[:-1])).genus == 0
+
+
 def test_half_an_object_is_refused() -> None:
     surface = box([0.1, 0.1, 0.02])
     half = Surface(surface.vertices, surface.faces[:6])

@@ -18,7 +18,7 @@ from touchwarp.scan.cleaning import (
 )
 from touchwarp.scan.deviation import SAMPLES, Deviation, deviation, diagonal, distances, sample
 from touchwarp.scan.remesh import edge_length_for, remesh
-from touchwarp.scan.soundness import Soundness, inspect
+from touchwarp.scan.soundness import Soundness, inspect, volume
 from touchwarp.scan.thickness import wall_thickness
 from touchwarp.scan.wrap import MOST_CORNERS, corner_count, wrap
 from touchwarp.scene.surface import Surface
@@ -30,6 +30,9 @@ BOUND = 0.005
 
 MOST_NEW = 0.25
 """At most this share of the result's area may span holes."""
+
+LEAST_VOLUME = 1e-7
+"""Of the diagonal's cube: what encloses less is flat. A bank card encloses 4e-4."""
 
 CLOSINGS = (0.0075, 0.011, 0.015)
 """Of the diagonal: the offsets whose wraps must agree on a genus that the input does not tell."""
@@ -158,7 +161,7 @@ def _candidates(
         report("capping holes", 0.0)
         closed = capped(manifold)
         if closed is not None:
-            yield (*steps, f"{holes:,} holes capped flat"), closed
+            yield (*steps, f"{holes:,} hole{'s' * (holes > 1)} capped flat"), closed
     yield from _wraps(clean, genus, voxel_mm, faces, report)
 
 
@@ -208,6 +211,8 @@ def _hold(
         return found.faults(), None
     if found.genus != genus:
         return f"genus {found.genus}", None
+    if abs(volume(candidate)) < LEAST_VOLUME * diagonal(candidate) ** 3:
+        return "it would be flat, with no inside", None
     from_input = deviation(surface, candidate)
     if from_input.p99_mm > bound * 1e3:
         return f"1 % of the input lies more than {from_input.p99_mm:.3g} mm off", None
