@@ -36,8 +36,8 @@ def flood_level(
     if coarser is None or coarser_stage is None:
         region[level.n_inner :] = 2 if outer_present else 1
     else:
-        _copy_down(
-            level.bricks, level.parent, level.node, coarser_stage.level.node, coarser, region
+        _copy(
+            level.bricks, level.parent, level.node, coarser_stage.level.node, coarser, region, False
         )
     return reflood(stage, region, owner)
 
@@ -53,32 +53,27 @@ def reflood(stage: Stage, region: Region, owner: NDArray[np.int16]) -> Region:
 
 def agree(stages: list[Stage], regions: list[Region], owner: NDArray[np.int16]) -> None:
     """Exchange between levels until every path over several levels is followed."""
+    last = len(stages) - 1
+    exchanges = [
+        *((i, True) for i in range(last, 0, -1)),
+        *((i, False) for i in range(1, last + 1)),
+    ]
     changed = True
     while changed:
         changed = False
-        for i in range(len(stages) - 1, 0, -1):
-            level = stages[i].level
-            if _copy_up(
+        for i, up in exchanges:
+            level, coarser = stages[i].level, stages[i - 1].level
+            if _copy(
                 level.bricks,
                 level.parent,
                 level.node,
-                stages[i - 1].level.node,
+                coarser.node,
                 regions[i - 1],
                 regions[i],
+                up,
             ):
-                reflood(stages[i - 1], regions[i - 1], owner)
-                changed = True
-        for i in range(1, len(stages)):
-            level = stages[i].level
-            if _copy_down(
-                level.bricks,
-                level.parent,
-                level.node,
-                stages[i - 1].level.node,
-                regions[i - 1],
-                regions[i],
-            ):
-                reflood(stages[i], regions[i], owner)
+                to = i - 1 if up else i
+                reflood(stages[to], regions[to], owner)
                 changed = True
 
 
@@ -94,7 +89,8 @@ def _shared(bricks, parent, b, x, y, z):
 
 
 @njit(cache=True)
-def _copy_down(bricks, parent, node, coarse_node, coarse_region, region):
+def _copy(bricks, parent, node, coarse_node, coarse_region, region, up):
+    """Fill what one level does not know of the nodes that both have: the coarser one if `up`."""
     changed = False
     for b in range(bricks.shape[0]):
         if parent[b] < 0:
@@ -104,25 +100,13 @@ def _copy_down(bricks, parent, node, coarse_node, coarse_region, region):
                 for z in range(4):
                     m = node[b, 128 * x + 16 * y + 2 * z]
                     c = coarse_node[parent[b], _shared(bricks, parent, b, x, y, z)]
-                    if m >= 0 and c >= 0 and region[m] == 0 and coarse_region[c] != 0:
-                        region[m] = coarse_region[c]
-                        changed = True
-    return changed
-
-
-@njit(cache=True)
-def _copy_up(bricks, parent, node, coarse_node, coarse_region, region):
-    changed = False
-    for b in range(bricks.shape[0]):
-        if parent[b] < 0:
-            continue
-        for x in range(4):
-            for y in range(4):
-                for z in range(4):
-                    m = node[b, 128 * x + 16 * y + 2 * z]
-                    c = coarse_node[parent[b], _shared(bricks, parent, b, x, y, z)]
-                    if m >= 0 and c >= 0 and coarse_region[c] == 0 and region[m] != 0:
+                    if m < 0 or c < 0 or (region[m] == 0) == (coarse_region[c] == 0):
+                        continue
+                    if up and coarse_region[c] == 0:
                         coarse_region[c] = region[m]
+                        changed = True
+                    elif not up and region[m] == 0:
+                        region[m] = coarse_region[c]
                         changed = True
     return changed
 
