@@ -40,6 +40,7 @@ class Answers:
         except click.Abort:
             if sys.stdin.isatty():
                 raise
+            click.echo()  # ends the line of the question
             raise SceneError(
                 f"a question needs an answer, and there is no terminal to ask: '{question}'. Give "
                 f"{option}, or --yes to take what is proposed ({proposed})."
