@@ -207,9 +207,10 @@ def test_goals_that_are_none_are_told(goals, told: str) -> None:
 
 def test_the_meta_of_bases_has_a_range_and_no_goals() -> None:
     basis = sphere_bases().meta.basis
-    meta = META.as_bases(basis, 0.2, 0.5, 0.3, None)
+    meta = META.as_bases(basis, 0.2, 0.5, 0.4, 0.3, None)
     assert (meta.kind, meta.goals, meta.basis) == ("bases", {}, basis)
     assert (meta.range_shift, meta.range_stretch) == (0.2, 0.5)
+    assert meta.tolerance_mm == 0.4
     assert (meta.estimated_error_max_mm, meta.estimated_error_rms_mm) == (0.3, None)
     assert meta.scene_text == META.scene_text
 

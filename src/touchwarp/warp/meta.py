@@ -90,6 +90,7 @@ class WarpMeta:
         basis: dict[str, BasisProp],
         range_shift: float,
         range_stretch: float,
+        tolerance_mm: float,
         estimated_error_max_mm: float | None,
         estimated_error_rms_mm: float | None,
     ) -> WarpMeta:
@@ -98,7 +99,7 @@ class WarpMeta:
         Args:
             basis: the scaling of the basis data, by prop.
             range_shift, range_stretch: the stated range.
-            estimated_error_max_mm, estimated_error_rms_mm: over that range.
+            tolerance_mm, estimated_error_max_mm, estimated_error_rms_mm: over that range.
         """
         return replace(
             self,
@@ -107,6 +108,7 @@ class WarpMeta:
             basis=dict(basis),
             range_shift=range_shift,
             range_stretch=range_stretch,
+            tolerance_mm=tolerance_mm,
             estimated_error_max_mm=estimated_error_max_mm,
             estimated_error_rms_mm=estimated_error_rms_mm,
         )

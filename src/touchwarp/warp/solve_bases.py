@@ -64,6 +64,7 @@ def solve_bases(
         props,
         RANGE_SHIFT,
         RANGE_STRETCH,
+        whole.scene.objective.tolerance_mm * RANGE_TOLERANCE,
         error.outside_tube_max * RANGE_TOLERANCE * 1e3,
         error.outside_tube_rms * RANGE_TOLERANCE * 1e3,
     )
@@ -86,7 +87,7 @@ def basis_rounds(whole: WarpSolver, tell: Progress) -> tuple[AdaptiveSolver, lis
         for name in props
     ]
     rounds: list[Round] = []
-    rounds_left = MOST_ROUNDS - 1
+    rounds_left = 2 * MOST_ROUNDS - 1  # several fields ask in turn
     while len(rounds) < len(solves):
         tell("basis fields", 0.5 + 0.5 * len(rounds) / len(solves))
         data, lanes = solves[len(rounds)]
