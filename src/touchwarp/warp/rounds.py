@@ -35,6 +35,7 @@ def fit_round(
     lane_scale: NDArray[np.float32],
     *,
     refine: bool = False,
+    slack: float = 1.0,
 ) -> Round | None:
     """Fit a table to what `solver` has found for boundary data (v, 4).
 
@@ -45,6 +46,7 @@ def fit_round(
         refine: ask the solver for finer cells where the tolerance is missed. Where it will give
             them the result is None, and it has to build again. The field is looked at before the
             fit, which takes as long as a solve.
+        slack: errors up to this many times the solver's tolerance will do.
     """
     problem = solver.problem
     solution = solver.solution(problem.blend.contradiction(data, normal_lanes))
@@ -54,7 +56,7 @@ def fit_round(
 
     def estimate(fitted: Fitted | None) -> TableError:
         return estimate_error(
-            problem, solution, solver.tube, lane_scale, solver.tolerance, field, fitted
+            problem, solution, solver.tube, lane_scale, slack * solver.tolerance, field, fitted
         )
 
     def missed(error: TableError) -> bool:

@@ -23,6 +23,10 @@ RANGE_TOLERANCE = 5.0
 """At the far end of the range, where displacements are several times those of a usual goal, the
 error may be this many times the tolerance; it is linear in the goal."""
 
+STRICTNESS = 1.2
+"""The grid is grown for a tolerance that is smaller by this factor: several fields share it, and a
+round for the last few points of one would solve all anew."""
+
 
 def solve_bases(
     scene: Scene,
@@ -77,7 +81,7 @@ def basis_rounds(whole: WarpSolver, tell: Progress) -> tuple[AdaptiveSolver, lis
     props = _scalings(problem)
     lane_scale = _lane_scale(props)
     none, all_ = np.zeros(LANES, bool), np.ones(LANES, bool)
-    solver = whole.new_solver()
+    solver = whole.new_solver(STRICTNESS)
     solver.settled = SETTLED / 10
     together = np.sum([_basis_data(problem, name, props[name]) for name in props], axis=0)
     solver.build(together, none, lane_scale)
@@ -87,13 +91,15 @@ def basis_rounds(whole: WarpSolver, tell: Progress) -> tuple[AdaptiveSolver, lis
         for name in props
     ]
     rounds: list[Round] = []
-    rounds_left = 2 * MOST_ROUNDS - 1  # several fields ask in turn
+    rounds_left = MOST_ROUNDS - 1
     while len(rounds) < len(solves):
         tell("basis fields", 0.5 + 0.5 * len(rounds) / len(solves))
         data, lanes = solves[len(rounds)]
         solver.solve(data, lanes)
         maker = rounds[-1].maker if rounds else None
-        found = fit_round(solver, maker, data, lanes, lane_scale, refine=rounds_left > 0)
+        found = fit_round(
+            solver, maker, data, lanes, lane_scale, refine=rounds_left > 0, slack=STRICTNESS
+        )
         if found is not None:
             rounds.append(found)
         else:

@@ -155,12 +155,12 @@ class WarpSolver:
         inside = (points >= box[0] + quarter) & (points <= box[1] - quarter)
         return box if inside.all() else None
 
-    def new_solver(self) -> AdaptiveSolver:
-        """A solver with the root levels only."""
+    def new_solver(self, strictness: float = 1.0) -> AdaptiveSolver:
+        """A solver with the root levels only, for the tolerance over `strictness`."""
         objective = self.scene.objective
         return AdaptiveSolver(
             self.problem,
-            objective.tolerance_mm * 1e-3,
+            objective.tolerance_mm * 1e-3 / strictness,
             objective.edge_radius_mm * 1e-3,
             self._memory_limit,
             self._tell,
