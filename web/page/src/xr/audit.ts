@@ -20,6 +20,9 @@ export interface AuditedContact {
   readonly latency: number;
 }
 
+/** What a gap is shared out to. */
+export type Cause = "warp" | "calibration" | "tracking" | "latency";
+
 /** What is known of a contact before it is taken apart; m, room frame. */
 export interface SettledContact {
   readonly time: number;
@@ -86,36 +89,44 @@ export class TouchAudit {
     return new Vector3(x, y, z);
   }
 
-  /** Medians over recent contacts of the sizes of the gap and of its causes, m; null before any. */
-  get medians() {
+  /**
+   * The size of a typical recent gap and the signed shares of its causes, m; null before any contact.
+   *
+   * Means over the middle half of the contacts by size. A share counts along its contact's gap, so the
+   * shares add up to the size; one below zero made gaps smaller than they would have been.
+   */
+  get typical(): Record<"gap" | Cause, number> | null {
     const recent = this.contacts.slice(-WINDOW);
     if (recent.length === 0) return null;
-    const of = (name: "gap" | "warp" | "calibration" | "tracking" | "latency") => {
-      const sizes = recent.map((contact) => Math.abs(contact[name]));
-      return sizes.sort((one, other) => one - other)[sizes.length >> 1]!;
+    recent.sort((one, other) => Math.abs(one.gap) - Math.abs(other.gap));
+    const tail = Math.floor(recent.length / 4);
+    const middle = recent.slice(tail, recent.length - tail);
+    const mean = (name: "gap" | Cause) => {
+      const along = middle.map((contact) => Math.sign(contact.gap) * contact[name]);
+      return along.reduce((sum, share) => sum + share, 0) / middle.length;
     };
     return {
-      gap: of("gap"),
-      warp: of("warp"),
-      calibration: of("calibration"),
-      tracking: of("tracking"),
-      latency: of("latency"),
+      gap: mean("gap"),
+      warp: mean("warp"),
+      calibration: mean("calibration"),
+      tracking: mean("tracking"),
+      latency: mean("latency"),
     };
   }
 
-  /** "7 mm: 5 tracker, 2 calibration, 0.4 latency, 0.02 warp". */
+  /** "7.4 mm: 5.0 tracker, 2.0 calibration, 0.4 latency, 0.02 warp". */
   get line(): string {
-    const medians = this.medians;
-    if (!medians) return "no contact yet";
+    const { typical } = this;
+    if (!typical) return "no contact yet";
     const causes: [string, number][] = [
-      ["tracker", medians.tracking],
-      ["calibration", medians.calibration],
-      ["latency", medians.latency],
-      ["warp", medians.warp],
+      ["tracker", typical.tracking],
+      ["calibration", typical.calibration],
+      ["latency", typical.latency],
+      ["warp", typical.warp],
     ];
-    causes.sort(([, one], [, other]) => other - one);
+    causes.sort(([, one], [, other]) => Math.abs(other) - Math.abs(one));
     const parts = causes.map(([name, size]) => `${inMm(size)} ${name}`);
-    return `${inMm(medians.gap)} mm: ${parts.join(", ")}`;
+    return `${inMm(typical.gap)} mm: ${parts.join(", ")}`;
   }
 
   /** Whether the prop seems to have moved since it was calibrated: time to do it again. */
@@ -124,10 +135,16 @@ export class TouchAudit {
   }
 }
 
+/** Two digits at least below 10 mm, so that the shares still add up when they are read. */
 function inMm(size: number): string {
-  const millimetres = 1000 * size;
-  return millimetres.toFixed(millimetres < 0.095 ? 2 : millimetres < 0.95 ? 1 : 0);
+  const millimetres = Math.abs(1000 * size);
+  const digits = millimetres < 0.095 ? 2 : millimetres < 9.95 ? 1 : 0;
+  const told = millimetres.toFixed(digits);
+  return size < 0 && Number(told) > 0 ? `−${told}` : told;
 }
+
+/** A finger that stops farther from the surface than this, m, has not touched it. */
+const TOUCHED = 0.01;
 
 /** How slow a finger that has stopped is, m/s, and how fast one that comes, and for how long. */
 const STOPPED = 0.03;
@@ -144,6 +161,7 @@ export class StopDetector {
    * @param skin the tracked skin nearest to the prop, m; NaN when lost
    * @param nearness its distance from the prop's surface, m
    * @param gap of the displayed skin from the virtual surface, m
+   * @param leads whether no other fingertip of the hand is nearer: the others stop because it does
    * @returns the contact, once it has settled
    */
   update(
@@ -151,6 +169,7 @@ export class StopDetector {
     skin: Vector3,
     nearness: number,
     gap: number,
+    leads = true,
   ): { time: number; gapAtContact: number; gapSettled: number } | null {
     const before = this.#last;
     if (!Number.isFinite(skin.x)) {
@@ -160,14 +179,15 @@ export class StopDetector {
     this.#last = { time, skin: skin.clone() };
     if (before === null || time <= before.time) return null;
     const speed = skin.distanceTo(before.skin) / (time - before.time);
-    if (Math.abs(nearness) > 0.025) {
+    if (Math.abs(nearness) > TOUCHED) {
       this.#contact = null;
       if (speed > COMING) this.#came = time;
       return null;
     }
     if (speed > COMING) this.#came = time;
     if (this.#contact === null) {
-      if (speed < STOPPED && time - this.#came < 0.5) this.#contact = { time, gap };
+      const stops = speed < STOPPED && time - this.#came < 0.5;
+      if (stops && leads) this.#contact = { time, gap };
       return null;
     }
     if (time - this.#contact.time < SETTLE) return null;

@@ -39,20 +39,27 @@ export class ContactWatch {
     this.fresh = [];
     if (!input.tracked || placed.props.length === 0) return 0;
     let touching = 0;
-    TIPS.forEach((joint, finger) => {
+    const near = TIPS.map((joint) => {
       input.joint(joint, real);
-      if (!Number.isFinite(real.x)) return;
-      const radius = input.radius(joint);
-      // Far from everything there is nothing to say, and nothing to look up.
+      if (!Number.isFinite(real.x)) return null;
       const felt = placed.felt(real);
-      const nearness = felt.distance - radius;
+      return { felt, nearness: felt.distance - input.radius(joint) };
+    });
+    const least = Math.min(...near.map((each) => Math.abs(each?.nearness ?? Infinity)));
+    TIPS.forEach((joint, finger) => {
+      const found = near[finger];
+      if (!found) return;
+      const { felt, nearness } = found;
+      input.joint(joint, real);
+      const radius = input.radius(joint);
+      const leads = Math.abs(nearness) === least;
       if (Math.abs(nearness) < ON_SURFACE) touching |= 1 << finger;
       const gap = placed.seen(shown.fromArray(displayed, 16 * joint + 12), outward) - radius;
       skin.copy(real).addScaledVector(felt.outward, -radius);
       const detector = this.#detectors[5 * input.side + finger]!;
-      const stop = detector.update(time, skin, nearness, gap);
+      const stop = detector.update(time, skin, nearness, gap, leads);
       if (!warp || !retargeter.mayClaimContact) return;
-      const told = this.#outside !== null && touching & (1 << finger);
+      const told = this.#outside !== null && leads && touching & (1 << finger);
       if (!stop && !told) return;
       felt.point.toArray(place);
       warp.displayed(place, place);

@@ -49,7 +49,9 @@ export class Experience {
   ) {
     this.displacement = new Displacement(context, this.placed);
     this.#unlisten = context.listen((message) => {
-      if (message.kind === "progress") this.notice = `${message.step} ${pct(message.done)}`;
+      // What else the server does (bases, a certificate) is nothing to a person in the headset.
+      if (message.kind === "progress" && this.#solving)
+        this.notice = `${message.step} ${pct(message.done)}`;
       if (message.kind === "failed" && this.#solving) this.#resolved(message.reason);
       if (message.kind === "state" && message.warp_current && this.#solving) {
         void this.#load().then(() => this.#resolved(null));

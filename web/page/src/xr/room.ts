@@ -22,6 +22,8 @@ import { Panel } from "./panel.js";
 import type { PropModel } from "./prop_model.js";
 
 const SKIN = 0xd9a98a;
+/** Darker than the backdrop under the headset's lights. */
+const WOOD = 0xa88d6c;
 const TOUCHING = new Color(0x1f9d8a);
 
 /** Everything that is drawn in the headset. */
@@ -78,8 +80,13 @@ export class Room {
     for (const { virtualObject } of props) around.expandByObject(virtualObject);
     this.#tables.clear();
     for (const plane of state.planes) this.#tables.add(planeObject(plane, around));
-    // The desk shows things in layers of its own.
-    this.#tables.traverse((object) => object.layers.set(0));
+    this.#tables.traverse((object) => {
+      // The desk shows things in layers of its own.
+      object.layers.set(0);
+      // Group orders come before those of meshes: a table's would put it behind the backdrop.
+      object.renderOrder = object instanceof Mesh ? -1 : 0;
+      if (object instanceof Mesh) object.material.color.set(WOOD);
+    });
   }
 
   /** How opaque the virtual surroundings are: 0 shows the real room where the device can. */

@@ -36,7 +36,7 @@ describe("the touch audit", () => {
   it("blames tracking, not calibration, for gaps that no shift explains", () => {
     const audit = audited(new Vector3(), 0.005);
     expect(audit.hasDrifted).toBe(false);
-    expect(audit.medians!.tracking).toBeGreaterThan(3 * audit.medians!.calibration);
+    expect(audit.typical!.tracking).toBeGreaterThan(3 * Math.abs(audit.typical!.calibration));
   });
 
   it("shares every gap out without a rest", () => {
@@ -46,23 +46,40 @@ describe("the touch audit", () => {
     }
   });
 
+  it("tells shares that add up to the whole, also where causes cancel each other", () => {
+    for (const shift of [new Vector3(), new Vector3(0.007, 0, 0)]) {
+      const { gap, warp, calibration, tracking, latency } = audited(shift, 0.004).typical!;
+      expect(warp + calibration + tracking + latency).toBeCloseTo(gap, 12);
+      expect(gap).toBeGreaterThan(0.001);
+    }
+  });
+
+  it("tells a cause that made the gaps smaller with a minus", () => {
+    const audit = new TouchAudit();
+    const normal = new Vector3(0, 0, 1);
+    const rest = { time: 0, hand: 1, finger: 1, signal: "stopped", normal, warp: 0 } as const;
+    audit.add({ ...rest, gapAtContact: 0.004, gapSettled: 0.006 });
+    expect(audit.line).toMatch(/^4\.0 mm: .*−2\.0 latency/);
+    expect(audit.typical!.latency).toBeCloseTo(-0.002, 12);
+  });
+
   it("says it in one line, the greatest cause first", () => {
     expect(new TouchAudit().line).toBe("no contact yet");
     expect(audited(new Vector3(0, 0, 0), 0.006).line).toMatch(
-      /^\d+ mm: \d+ tracker, .* latency.*, 0\.02 warp$/,
+      /^[\d.]+ mm: [\d.]+ tracker, .* latency.*, 0\.0\d warp$/,
     );
   });
 });
 
 /** A fingertip that comes at 0.3 m/s, stops at `stop` m from the surface, and stays. */
-function approach(stop: number, speed = 0.3): ReturnType<StopDetector["update"]>[] {
+function approach(stop: number, leads = true): ReturnType<StopDetector["update"]>[] {
   const detector = new StopDetector();
   const told = [];
   for (let t = 0; t < 1.5; t += 1 / 72) {
-    const height = Math.max(stop, 0.15 - speed * t);
+    const height = Math.max(stop, 0.15 - 0.3 * t);
     // What is displayed lags: it is 5 mm off at first and settles.
     const gap = 0.002 + 0.005 * Math.exp(-Math.max(0, t - 0.5) / 0.03);
-    told.push(detector.update(t, new Vector3(0, height, 0), height, gap));
+    told.push(detector.update(t, new Vector3(0, height, 0), height, gap, leads));
   }
   return told.filter((contact) => contact !== null);
 }
@@ -78,6 +95,13 @@ describe("a contact", () => {
 
   it("is not told by a finger that stops far off, nor by one that never came", () => {
     expect(approach(0.05)).toHaveLength(0);
+    expect(approach(0.012)).toHaveLength(0);
+    expect(approach(0.008)).toHaveLength(1);
     expect(approach(0.149)).toHaveLength(0);
+  });
+
+  it("is told by the nearest fingertip only: the others stop because it does", () => {
+    expect(approach(0.001, true)).toHaveLength(1);
+    expect(approach(0.001, false)).toHaveLength(0);
   });
 });
