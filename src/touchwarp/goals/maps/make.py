@@ -14,7 +14,6 @@ from touchwarp.goals.goal import Goal
 from touchwarp.goals.maps.areas import polish_areas, spread, target_shares
 from touchwarp.goals.maps.closed_mesh import ClosedMesh
 from touchwarp.goals.maps.fit_triangles import fit_triangles
-from touchwarp.goals.maps.iron import iron
 from touchwarp.goals.maps.layout import Layout, triangle_areas
 from touchwarp.goals.maps.locate import Locator
 from touchwarp.goals.maps.parameterise import check_topology, lay_out, work_mesh
@@ -145,11 +144,10 @@ def _goal(
         progress("fitting triangles to the virtual surface", 0.0)
     searched = time.perf_counter()
     fine = fit_triangles(layout, virtual, spec.virtual, spec.tolerance_mm * 1e-3)
-    images = iron(fine.images, fine.faces, spec.virtual)
     pairs = pair.landmarks if len(pair.landmarks) else None
     goal = Goal(
         prop_points=fine.points,
-        virtual_points=images,
+        virtual_points=fine.images,
         faces=fine.faces,
         kind=spec.kind,
         virtual_surface=spec.virtual,
@@ -168,7 +166,7 @@ def _goal(
         "search_seconds": searched - start,
         "seconds": time.perf_counter() - start,
     }
-    return Goal(fine.points, images, fine.faces, spec.kind, report, None, spec.virtual, pairs)
+    return Goal(fine.points, fine.images, fine.faces, spec.kind, report, None, spec.virtual, pairs)
 
 
 def _transport_cost(layout: Layout, virtual: Layout) -> float:
