@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from touchwarp.goals.maps.base import Base
 from touchwarp.goals.maps.iron import folded_faces, iron
 from touchwarp.goals.maps.layout import Layout, triangle_areas
 from touchwarp.goals.maps.locate import Locator
@@ -37,6 +38,7 @@ class Fitted:
     Attributes:
         points, images: (n, 3) m, scene frame: on the prop, and on the virtual surface.
         faces: (m, 3).
+        standing: (n,) which points stand on the base that must stay in its plane.
         corner_shift: (m, 3, 2); places: (n, 3): the map on the domain, as in `Layout`.
         distance: m, the greatest that was found between images of triangles and the surface.
         capped: more triangles would have been needed than are allowed, or than go without folds.
@@ -47,12 +49,18 @@ class Fitted:
     places: Float
     faces: Int
     corner_shift: Float
+    standing: NDArray[np.bool_]
     distance: float = 0.0
     capped: bool = False
 
 
 def fit_triangles(
-    layout: Layout, virtual: Layout, surface: Surface, tolerance: float, most: int = MOST_FACES
+    layout: Layout,
+    virtual: Layout,
+    surface: Surface,
+    tolerance: float,
+    base: Base | None = None,
+    most: int = MOST_FACES,
 ) -> Fitted:
     """The map of a prop's layout over the virtual one's, within `tolerance`, m, of the surface.
 
@@ -61,13 +69,18 @@ def fit_triangles(
         virtual: the layout of a mesh that lies within micrometres of the surface.
         surface: the virtual surface, onto which all images go.
         tolerance: m.
+        base: whose vertices' images are put on the plane.
         most: triangles at most.
     """
     ground = _Ground(virtual, surface)
-    images = iron(ground.at_places(layout.points), layout.mesh.faces, surface)
-    fitted = Fitted(
-        layout.mesh.vertices, images, layout.points, layout.mesh.faces, layout.corner_shift
-    )
+    images = ground.at_places(layout.points)
+    standing = np.zeros(len(images), np.bool_)
+    if base is not None:
+        standing = base.standing
+        images[standing] = base.tree.nearest(images[standing]).points
+    mesh = layout.mesh
+    images = iron(images, mesh.faces, surface, base)
+    fitted = Fitted(mesh.vertices, images, layout.points, mesh.faces, layout.corner_shift, standing)
     for _ in range(ROUNDS):
         edges, edge_of_face = _edges(fitted.faces)
         marked, distance = _mark(fitted, edges, edge_of_face, ground, tolerance)
@@ -220,6 +233,8 @@ def _split(
     before = triangle_areas(fitted.places, faces, shift, flat)[parents]
     divided = np.flatnonzero((new_faces >= len(fitted.points)).any(axis=1))
     images_on_domain = ground.at_places(on_domain)
+    standing = fitted.standing[edges[halved]].all(axis=1)
+    images_on_domain[standing] = projected.points[standing]  # nothing lifts these off the plane
     while True:
         places = np.concatenate([fitted.places, np.where(straight[:, None], in_space, on_domain)])
         images = np.where(straight[:, None], projected.points, images_on_domain)
@@ -234,7 +249,8 @@ def _split(
             break
         straight[turned] = False
     points = np.concatenate([fitted.points, fitted.points[edges[halved]].mean(axis=1)])
-    return Fitted(points, images, places, new_faces, new_shift), halved[turned]
+    standing = np.concatenate([fitted.standing, standing])
+    return Fitted(points, images, places, new_faces, new_shift, standing), halved[turned]
 
 
 def _place(fitted: Fitted, face: Int, corner: Int) -> Float:
