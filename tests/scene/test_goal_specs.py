@@ -39,7 +39,7 @@ EVERY_KEY = {
     "area_preserving": "seed = 3\nstarts = 2\ntolerance_mm = 0.1",
     "match": "displacement_weight = 2\nsmoothness_weight = 3\narea_weight = 4\nnormal_weight = 5\n"
     "curvature_weight = 6\nseed = 7\nstarts = 8\ntolerance_mm = 0.1\n"
-    "landmarks = [{ prop = [0, 0, 0.05], virtual = [0.1, 0, 0.05] }]",
+    "landmarks = [{ prop = [0, 0, 0.05], virtual = [0.1, 0, 0.05] }]\nbase = [0, 0, -2]",
     "vertices": "pose = { position = [0, 0, 0.3], rotation_deg = [0, 0, 90] }",
 }
 
@@ -81,6 +81,7 @@ def test_the_values_reach_their_places() -> None:
     weights = [match.displacement_weight, match.smoothness_weight, match.area_weight]
     assert [*weights, match.normal_weight, match.curvature_weight] == [2, 3, 4, 5, 6]
     assert (match.seed, match.starts, match.tolerance_mm) == (7, 8, 0.1)
+    assert match.base == (0, 0, -1)
     assert match.landmarks == (Landmark((0, 0, 0.05), (0.1, 0, 0.05)),)
     plane = goal_of(f'kind = "plane_projection"\n{VIRTUAL}{EVERY_KEY["plane_projection"]}')
     assert plane.patches == (Patch((0, 0, 1), (0, 0, 0.01)),)

@@ -97,6 +97,8 @@ class MatchGoal:
         normal_weight: of the mismatch of normals.
         curvature_weight: of the mismatch of curvature.
         landmarks: pairs of points that shall meet.
+        base: the outward normal of the flat face that both stand on, which stays in its plane;
+            None: no face does.
         seed, starts, tolerance_mm, origin: as for `AreaPreservingGoal`.
 
     Raises:
@@ -104,7 +106,7 @@ class MatchGoal:
     """
 
     kind: ClassVar[str] = "match"
-    keys: ClassVar[tuple[str, ...]] = (*VIRTUAL_KEYS, *WEIGHTS, "landmarks", *_SEARCH_KEYS)
+    keys: ClassVar[tuple[str, ...]] = (*VIRTUAL_KEYS, *WEIGHTS, "landmarks", "base", *_SEARCH_KEYS)
 
     virtual: Surface
     displacement_weight: float = 1.0
@@ -113,6 +115,7 @@ class MatchGoal:
     normal_weight: float = 0.05
     curvature_weight: float = 0.1
     landmarks: Sequence[Landmark] = ()
+    base: Sequence[float] | None = None
     seed: int = 0
     starts: int = 3
     tolerance_mm: float = 0.05
@@ -121,6 +124,8 @@ class MatchGoal:
     def __post_init__(self) -> None:
         require_surface(self.kind, self.virtual)
         object.__setattr__(self, "landmarks", tuple(self.landmarks))
+        if self.base is not None:
+            object.__setattr__(self, "base", goal_numbers.direction("base", self.base))
         for key in WEIGHTS:
             object.__setattr__(self, key, goal_numbers.number(key, getattr(self, key), 0.0))
         _check_search(self)
@@ -133,7 +138,8 @@ class MatchGoal:
             pair = Table(entries, where, ("prop", "virtual"))
             landmarks.append(Landmark(pair.vector("prop", 3), pair.vector("virtual", 3)))
         numbers = {key: table.number(key) for key in (*WEIGHTS, *_SEARCH_KEYS) if key in table}
-        return cls(**read_virtual(table, surfaces), landmarks=landmarks, **numbers)
+        base = table.vector("base", 3, None)
+        return cls(**read_virtual(table, surfaces), landmarks=landmarks, base=base, **numbers)
 
     def entries(self) -> dict[str, Any]:
         """The keys of the scene file."""
@@ -144,6 +150,8 @@ class MatchGoal:
         if self.landmarks:
             pairs = [{"prop": p.prop, "virtual": p.virtual} for p in self.landmarks]
             entries["landmarks"] = pairs
+        if self.base is not None:
+            entries["base"] = self.base
         return {**entries, **{key: getattr(self, key) for key in _SEARCH_KEYS}}
 
 

@@ -1,8 +1,9 @@
 """Triangles of a map cut finer until their straight images lie on the virtual surface.
 
 A new vertex goes where the middle of its edge's image meets the virtual surface, so that images
-stay as round as they are; where that would turn a triangle over on the domain, it goes to the
-middle on the domain, which cannot. The prop keeps its shape.
+stay as round as they are; where that would turn a triangle over on the domain, or fold its image,
+it goes to the middle on the domain. Where that folds too, the edge is not divided: images are then
+coarser than the tolerance there, but none winds the other way. The prop keeps its shape.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from touchwarp.goals.maps.base import Base
+from touchwarp.goals.maps.iron import folded_faces, iron
 from touchwarp.goals.maps.layout import Layout, triangle_areas
 from touchwarp.goals.maps.locate import Locator
 from touchwarp.goals.surface_tree import SurfaceTree
@@ -35,9 +38,10 @@ class Fitted:
     Attributes:
         points, images: (n, 3) m, scene frame: on the prop, and on the virtual surface.
         faces: (m, 3).
+        standing: (n,) which points stand on the base that must stay in its plane.
         corner_shift: (m, 3, 2); places: (n, 3): the map on the domain, as in `Layout`.
         distance: m, the greatest that was found between images of triangles and the surface.
-        capped: more triangles would have been needed than are allowed.
+        capped: more triangles would have been needed than are allowed, or than go without folds.
     """
 
     points: Float
@@ -45,12 +49,18 @@ class Fitted:
     places: Float
     faces: Int
     corner_shift: Float
+    standing: NDArray[np.bool_]
     distance: float = 0.0
     capped: bool = False
 
 
 def fit_triangles(
-    layout: Layout, virtual: Layout, surface: Surface, tolerance: float, most: int = MOST_FACES
+    layout: Layout,
+    virtual: Layout,
+    surface: Surface,
+    tolerance: float,
+    base: Base | None = None,
+    most: int = MOST_FACES,
 ) -> Fitted:
     """The map of a prop's layout over the virtual one's, within `tolerance`, m, of the surface.
 
@@ -59,13 +69,18 @@ def fit_triangles(
         virtual: the layout of a mesh that lies within micrometres of the surface.
         surface: the virtual surface, onto which all images go.
         tolerance: m.
+        base: whose vertices' images are put on the plane.
         most: triangles at most.
     """
     ground = _Ground(virtual, surface)
     images = ground.at_places(layout.points)
-    fitted = Fitted(
-        layout.mesh.vertices, images, layout.points, layout.mesh.faces, layout.corner_shift
-    )
+    standing = np.zeros(len(images), np.bool_)
+    if base is not None:
+        standing = base.standing
+        images[standing] = base.tree.nearest(images[standing]).points
+    mesh = layout.mesh
+    images = iron(images, mesh.faces, surface, base)
+    fitted = Fitted(mesh.vertices, images, layout.points, mesh.faces, layout.corner_shift, standing)
     for _ in range(ROUNDS):
         edges, edge_of_face = _edges(fitted.faces)
         marked, distance = _mark(fitted, edges, edge_of_face, ground, tolerance)
@@ -74,7 +89,10 @@ def fit_triangles(
             return fitted
         if len(fitted.faces) + int(marked[edge_of_face].sum()) > most:
             break
-        fitted = _split(fitted, edges, edge_of_face, marked, ground)
+        finer = _split_unfolded(fitted, edges, edge_of_face, marked, ground)
+        if len(finer.faces) == len(fitted.faces):
+            break
+        fitted = finer
     fitted.distance, fitted.capped = distance, True
     return fitted
 
@@ -86,6 +104,8 @@ class _Ground:
         self.virtual = virtual
         self.mesh_tree = SurfaceTree(virtual.mesh.vertices, virtual.mesh.faces)
         self.tree = SurfaceTree(surface.vertices, surface.faces)
+        corners = surface.vertices[surface.faces]
+        self.normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         self.locator = Locator(virtual)
 
     def at_places(self, places: Float) -> Float:
@@ -147,9 +167,7 @@ def _mark(
     length = _lengths(fitted, edges)
     can_split = length > tolerance
     marked = (strayed > tolerance) & can_split
-    longest = np.take_along_axis(
-        edge_of_face, length[edge_of_face].argmax(axis=1)[:, None], axis=1
-    )[:, 0]
+    longest = _longest(length, edge_of_face)
     marked[longest[in_face > tolerance]] = True
     marked &= can_split
     while True:  # a face is split across its longest edge before others, so that it stays round
@@ -160,9 +178,35 @@ def _mark(
     return marked, float(max(strayed.max(), in_face.max()))
 
 
-def _split(
+def _longest(length: Float, edge_of_face: Int) -> Int:
+    """(m,): each face's longest edge."""
+    which = length[edge_of_face].argmax(axis=1)[:, None]
+    return np.asarray(np.take_along_axis(edge_of_face, which, axis=1)[:, 0])
+
+
+def _split_unfolded(
     fitted: Fitted, edges: Int, edge_of_face: Int, marked: NDArray[np.bool_], ground: _Ground
 ) -> Fitted:
+    """Those of the marked edges (e,) split that leave no new triangle's image folded."""
+    longest = _longest(_lengths(fitted, edges), edge_of_face)
+    while marked.any():
+        finer, spoiled = _split(fitted, edges, edge_of_face, marked, ground)
+        if len(spoiled) == 0:
+            return finer
+        marked = marked.copy()
+        marked[spoiled] = False
+        while True:  # nor are faces split across a shorter edge alone
+            idle = edge_of_face[~marked[longest]]
+            if not marked[idle].any():
+                break
+            marked[idle] = False
+    return fitted
+
+
+def _split(
+    fitted: Fitted, edges: Int, edge_of_face: Int, marked: NDArray[np.bool_], ground: _Ground
+) -> tuple[Fitted, Int]:
+    """All marked edges (e,) split; and which of them still have folded images beside them."""
     flat = ground.virtual.flat
     faces, shift = fitted.faces, fitted.corner_shift
     halved = np.flatnonzero(marked)
@@ -187,23 +231,26 @@ def _split(
     in_space = ground.place_of(projected.points, on_domain)
     parents, new_faces, new_shift = _children(fitted, edges, edge_of_face, number, origin, lead)
     before = triangle_areas(fitted.places, faces, shift, flat)[parents]
+    divided = np.flatnonzero((new_faces >= len(fitted.points)).any(axis=1))
+    images_on_domain = ground.at_places(on_domain)
+    standing = fitted.standing[edges[halved]].all(axis=1)
+    images_on_domain[standing] = projected.points[standing]  # nothing lifts these off the plane
     while True:
         places = np.concatenate([fitted.places, np.where(straight[:, None], in_space, on_domain)])
+        images = np.where(straight[:, None], projected.points, images_on_domain)
+        images = np.concatenate([fitted.images, images])
         after = triangle_areas(places, new_faces, new_shift, flat)
-        turned = new_faces[after < LEAST_PART * before].ravel() - len(fitted.points)
+        unsound = after < LEAST_PART * before
+        beside = new_faces[divided]
+        unsound[divided] |= folded_faces(images, beside, ground.tree, ground.normals) > 0
+        turned = np.unique(new_faces[unsound]) - len(fitted.points)
         turned = turned[turned >= 0]
         if not straight[turned].any():
             break
         straight[turned] = False
-    images = projected.points.copy()
-    images[~straight] = ground.at_places(on_domain[~straight])
-    return Fitted(
-        np.concatenate([fitted.points, fitted.points[edges[halved]].mean(axis=1)]),
-        np.concatenate([fitted.images, images]),
-        places,
-        new_faces,
-        new_shift,
-    )
+    points = np.concatenate([fitted.points, fitted.points[edges[halved]].mean(axis=1)])
+    standing = np.concatenate([fitted.standing, standing])
+    return Fitted(points, images, places, new_faces, new_shift, standing), halved[turned]
 
 
 def _place(fitted: Fitted, face: Int, corner: Int) -> Float:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from touchwarp.goals.maps.base import Base
 from touchwarp.goals.surface_tree import SurfaceTree
 from touchwarp.scene.surface import Surface
 
@@ -35,8 +36,15 @@ def folded_faces(images: Float, faces: Int, tree: SurfaceTree, normals: Float) -
     return np.asarray((crossed * below).sum(axis=1) <= 0, dtype=np.float64)
 
 
-def iron(images: Float, faces: Int, surface: Surface) -> Float:
-    """Images (n, 3) m on the surface with fewer folded faces; the rest stay where they are."""
+def iron(images: Float, faces: Int, surface: Surface, base: Base | None = None) -> Float:
+    """Images (n, 3) m on the surface with fewer folded faces; the rest stay where they are.
+
+    Args:
+        images: (n, 3) m, on the surface.
+        faces: (m, 3).
+        surface: the virtual surface.
+        base: whose vertices move on the virtual object's base alone.
+    """
     tree = SurfaceTree(surface.vertices, surface.faces)
     corners = surface.vertices[surface.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -61,6 +69,9 @@ def iron(images: Float, faces: Int, surface: Surface) -> Float:
                 np.add.at(count, near[:, k], 1.0)
         trial = images.copy()
         trial[moving] = tree.nearest(total[moving] / count[moving, None]).points
+        if base is not None:
+            kept = moving & base.standing
+            trial[kept] = base.tree.nearest(total[kept] / count[kept, None]).points
         after = folded.copy()
         after[around] = folded_faces(trial, near, tree, normals)
         gain = np.zeros(len(images))

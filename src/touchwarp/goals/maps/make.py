@@ -12,9 +12,9 @@ from touchwarp.errors import GoalError
 from touchwarp.goals.fingertip_curvature import FINGERTIP_RADIUS, fingertip_curvature
 from touchwarp.goals.goal import Goal
 from touchwarp.goals.maps.areas import polish_areas, spread, target_shares
+from touchwarp.goals.maps.base import Base, find_base
 from touchwarp.goals.maps.closed_mesh import ClosedMesh
 from touchwarp.goals.maps.fit_triangles import fit_triangles
-from touchwarp.goals.maps.iron import iron
 from touchwarp.goals.maps.layout import Layout, triangle_areas
 from touchwarp.goals.maps.locate import Locator
 from touchwarp.goals.maps.parameterise import check_topology, lay_out, work_mesh
@@ -31,6 +31,8 @@ TRANSPORT_AREA_WEIGHT = 20.0
 """Areas hardly change while transport is minimised; the polish does the rest."""
 AREA_AIM = 4e-3
 LANDMARK_WEIGHT = 100.0
+BASE_WEIGHT = 1e6
+"""Holds what stands on the plane within hundredths of a millimetre; then it is put there."""
 LANDMARK_REACH = 0.02
 """Landmarks farther from their surface than this part of its diagonal are taken for mistakes."""
 
@@ -61,7 +63,7 @@ def match_goal(prop: Prop, spec: MatchGoal, progress: Progress | None = None) ->
 
     Raises:
         GoalError: the surfaces are not closed, of different genus, or of genus 2 or more; a
-            landmark is far from its surface.
+            landmark is far from its surface; there is no base where one is asked for.
     """
     start = time.perf_counter()
     landmarks = np.array([(mark.prop, mark.virtual) for mark in spec.landmarks]).reshape(-1, 2, 3)
@@ -74,6 +76,7 @@ def match_goal(prop: Prop, spec: MatchGoal, progress: Progress | None = None) ->
             smoothness=spec.smoothness_weight,
             area=spec.area_weight,
             landmarks=LANDMARK_WEIGHT,
+            base=BASE_WEIGHT,
         ),
         area_path=(max(2.0, spec.area_weight), max(0.5, spec.area_weight)),
         starts=spec.starts,
@@ -102,7 +105,10 @@ def _pair(
         _on_surface(mesh, landmarks[:, k], what)
         for k, (mesh, what) in enumerate(zip(meshes, ("prop", "virtual object"), strict=True))
     ]
-    return Pair(layouts[0], layouts[1], (fields[0], fields[1]), np.stack(placed, axis=1))
+    base: Base | None = None
+    if isinstance(spec, MatchGoal) and spec.base is not None:
+        base = find_base(meshes[0], spec.virtual, np.array(spec.base))
+    return Pair(layouts[0], layouts[1], (fields[0], fields[1]), np.stack(placed, axis=1), base)
 
 
 def _fields(mesh: ClosedMesh, normal_weight: float, curvature_weight: float) -> Float:
@@ -144,12 +150,11 @@ def _goal(
     if progress is not None:
         progress("fitting triangles to the virtual surface", 0.0)
     searched = time.perf_counter()
-    fine = fit_triangles(layout, virtual, spec.virtual, spec.tolerance_mm * 1e-3)
-    images = iron(fine.images, fine.faces, spec.virtual)
+    fine = fit_triangles(layout, virtual, spec.virtual, spec.tolerance_mm * 1e-3, pair.base)
     pairs = pair.landmarks if len(pair.landmarks) else None
     goal = Goal(
         prop_points=fine.points,
-        virtual_points=images,
+        virtual_points=fine.images,
         faces=fine.faces,
         kind=spec.kind,
         virtual_surface=spec.virtual,
@@ -168,7 +173,7 @@ def _goal(
         "search_seconds": searched - start,
         "seconds": time.perf_counter() - start,
     }
-    return Goal(fine.points, images, fine.faces, spec.kind, report, None, spec.virtual, pairs)
+    return Goal(fine.points, fine.images, fine.faces, spec.kind, report, None, spec.virtual, pairs)
 
 
 def _transport_cost(layout: Layout, virtual: Layout) -> float:

@@ -3,12 +3,13 @@
 Gauss–Newton on
 
     w_d Σ A_i |g_i − x_i|² + w_s D(g − x) + w_a Σ A²/a + a − 2A + Σ_c w_c Σ A_i (G_c(g_i) − F_c,i)²
-    + w_f Σ A max(0, ½ − b/A)² + w_l mean |g(l) − y_l|²
+    + w_f Σ A max(0, ½ − b/A)² + w_l mean |g(l) − y_l|² + w_b Σ_b A_i (n·g_i − h)²
 
 where A_i are the prop's shares of area at its vertices, D the Dirichlet energy on the prop, A and a
 each triangle's share of area before and after, F_c and G_c fields on the two surfaces that the map
 shall make equal, such as normals and curvature, b the share of area of the straight image of a
-triangle, signed by whether it looks outward on the virtual surface, and (l, y_l) the landmarks.
+triangle, signed by whether it looks outward on the virtual surface, (l, y_l) the landmarks, and b
+the vertices that stand on a plane n·y = h.
 Lengths are in units of the surfaces' size. The barrier A²/a and a line search that accepts positive
 areas only keep the map one-to-one.
 """
@@ -40,6 +41,7 @@ class Weights:
     area: float = 0.0
     landmarks: float = 0.0
     folds: float = 0.0
+    base: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +57,15 @@ class Landmarks:
     image: NDArray[np.float64]
 
 
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """Vertices (n,) of the prop's mesh that must show on a plane n·y = height, scaled as fields."""
+
+    vertices: NDArray[np.bool_]
+    normal: NDArray[np.float64]
+    height: float
+
+
 @dataclass(eq=False)
 class MapProblem:
     """What stays the same while a map is refined.
@@ -67,6 +78,7 @@ class MapProblem:
             square roots of their weights.
         unit: 1/m, of the positions.
         landmarks: pairs of points.
+        standing: what must stay on a plane.
     """
 
     prop: Layout
@@ -75,6 +87,7 @@ class MapProblem:
     fields: tuple[NDArray[np.float64], NDArray[np.float64]]
     unit: float = 1.0
     landmarks: Landmarks | None = None
+    standing: Standing | None = None
     _cotangents: NDArray[np.float64] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -161,6 +174,9 @@ class MapProblem:
             energy += weights.folds * float(self.target @ lack**2)
         if self.landmarks is not None:
             energy += weights.landmarks * float((self._landmark_gaps(gaps) ** 2).sum(axis=1).mean())
+        if self.standing is not None:
+            off = self._off_plane(self.standing, gaps)
+            energy += weights.base * float(self.vertex_shares @ off**2)
         return energy
 
     def _assemble(self, layout: Layout, weights: Weights, frames: NDArray[np.float64]) -> None:
@@ -199,6 +215,11 @@ class MapProblem:
             gradient = np.einsum("mkd,mkdi->mki", slope, jacobian[faces, :3])
             lacking = (lack > 0) / self.target
             system.add_areas(gradient, -weights.folds * lack, weights.folds * lacking)
+        if self.standing is not None and weights.base:
+            on = weights.base * self.vertex_shares * self.standing.vertices
+            along = np.einsum("d,ndi->ni", self.standing.normal, jacobian[:, :3])
+            off = self._off_plane(self.standing, gaps)
+            system.add_residuals(on, along[:, None], off[:, None])
         if self.landmarks is not None and weights.landmarks:
             marks = self.landmarks
             each = weights.landmarks / len(marks.face)
@@ -247,6 +268,11 @@ class MapProblem:
         slope /= 2 * self._area_unit
         share = np.einsum("md,md->m", slope[:, 0], images[:, 0] - images[:, 1])
         return np.maximum(0.0, FLAT_ENOUGH - share / self.target), slope
+
+    def _off_plane(self, standing: Standing, gaps: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n,): how far images of the standing vertices are from their plane; 0 for others."""
+        off = (gaps[:, :3] + self.places[0]) @ standing.normal - standing.height
+        return np.asarray(np.where(standing.vertices, off, 0.0))
 
     def _landmark_gaps(self, gaps: NDArray[np.float64]) -> NDArray[np.float64]:
         """(l, 3): where each landmark appears minus where it shall."""

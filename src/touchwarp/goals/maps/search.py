@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.goals.maps.areas import polish_areas, target_shares
+from touchwarp.goals.maps.base import Base
 from touchwarp.goals.maps.composition import first_maps
 from touchwarp.goals.maps.fit_triangles import barycentric
 from touchwarp.goals.maps.layout import Layout
 from touchwarp.goals.maps.levels import Levels
-from touchwarp.goals.maps.refine import Landmarks, MapProblem, Weights
+from touchwarp.goals.maps.refine import Landmarks, MapProblem, Standing, Weights
 from touchwarp.goals.surface_tree import SurfaceTree
 
 Float = NDArray[np.float64]
@@ -72,12 +73,14 @@ class Pair:
         prop, virtual: layouts on the same domain.
         fields: (n, c) prop, (k, c) virtual: scaled by the square roots of their weights.
         landmarks: (l, 2, 3) m, points of the prop and of the virtual surface.
+        base: what both stand on, if that must stay.
     """
 
     prop: Layout
     virtual: Layout
     fields: tuple[Float, Float]
     landmarks: Float = field(default_factory=lambda: np.zeros((0, 2, 3)))
+    base: Base | None = None
 
     @property
     def size(self) -> float:
@@ -98,7 +101,14 @@ class Pair:
             (self.fields[0][chosen], self.fields[1]),
             1 / self.size,
             self._landmarks_on(layout),
+            self._standing(chosen),
         )
+
+    def _standing(self, chosen: NDArray[np.int64]) -> Standing | None:
+        if self.base is None:
+            return None
+        height = (self.base.height - self.virtual.mesh.centre @ self.base.normal) / self.size
+        return Standing(self.base.standing[chosen], self.base.normal, float(height))
 
     def _landmarks_on(self, layout: Layout) -> Landmarks | None:
         if len(self.landmarks) == 0:
