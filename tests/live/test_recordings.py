@@ -15,7 +15,7 @@ from tests.live.conftest import LIVE, Served
 from touchwarp.cli.main import main
 from touchwarp.errors import StudyError
 from touchwarp.live.messages import BeginRecording, ChunkHeader, EndRecording
-from touchwarp.live.recordings import RecordingStore
+from touchwarp.live.recordings import Recording, RecordingStore
 
 NAME = "0123456789abcdef"
 COLUMNS = ("time_ms", "x", "y")
@@ -109,6 +109,28 @@ def test_a_recording_is_replayed_as_it_was(served: Served, client: TestClient, r
     assert head == {"columns": list(COLUMNS), "rows": 7}
     numbers = np.frombuffer(body, "<f8", offset=4 + length).reshape(7, 3)
     np.testing.assert_array_equal(numbers, values)
+
+
+def test_a_recording_that_ends_while_it_is_read_is_read_whole(
+    served: Served, rows: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    served.store.begin(BEGIN, "0")
+    values = rows(8, 3)
+    for sequence in (0, 1):
+        header = ChunkHeader(recording=NAME, sequence=sequence, rows=4, warp="w")
+        served.store.append(header, values[4 * sequence : 4 * sequence + 4])
+    (recording,) = served.store.all()
+    chunks = Recording.chunks
+
+    def chunks_then_end(self: Recording) -> dict[int, Path]:
+        found = chunks(self)
+        monkeypatch.setattr(Recording, "chunks", chunks)
+        served.store.end(EndRecording(recording=NAME, chunks=2))
+        return found
+
+    monkeypatch.setattr(Recording, "chunks", chunks_then_end)
+    np.testing.assert_array_equal(recording.rows()[1], values)
+    assert recording.ended
 
 
 @pytest.mark.parametrize(

@@ -61,8 +61,11 @@ class Recording:
     def rows(self) -> tuple[list[str], NDArray[np.float64]]:
         """Names of the numeric columns and all rows so far, (n, columns) float64."""
         names = list(self.about["columns"])
-        files = [self.whole] if self.ended else list(self.chunks().values())
-        tables = [pq.read_table(path, columns=names) for path in files]
+        try:
+            files = [self.whole] if self.ended else list(self.chunks().values())
+            tables = [pq.read_table(path, columns=names) for path in files]
+        except FileNotFoundError:  # it ended meanwhile: chunks go once the whole file stands
+            tables = [pq.read_table(self.whole, columns=names)]
         if not tables:
             return names, np.empty((0, len(names)))
         table = pa.concat_tables(tables)
