@@ -25,7 +25,7 @@ from touchwarp.cli.demo_files import write_input
 from touchwarp.goals.surface_samples import find_sharp_edges, sample_surface
 from touchwarp.warp.rounds import fit_round
 from touchwarp.warp.solve_bases import basis_rounds
-from touchwarp.warp.solver import IN_METRES
+from touchwarp.warp.solver import COMPONENTS, IN_METRES
 
 GOALS = {
     "cup": tw.TransformGoal(scale=[1.2, 1.2, 0.6], translation=[0.015, 0, 0]),
@@ -107,7 +107,7 @@ def same_grid(scene: tw.Scene, bases: tw.AffineBases, spec: tw.TransformGoal) ->
     solver.solve(data, lanes)
     own = fit_round(solver, rounds[-1].maker, data, lanes, IN_METRES)
     assert own is not None
-    bricks = own.maker.bricks(own.solution, [v[:, :3].copy() for v in own.fitted.values])
+    bricks = own.maker.bricks([own.fitted.values], COMPONENTS)
     matrix = whole.goals["mug"].matrix
     assert matrix is not None
     combined = bases.table({"mug": matrix}).bricks

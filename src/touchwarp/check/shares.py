@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from touchwarp.warp.lookup import pool, threads
+from touchwarp.solve.threads import pool, threads
 
 _SMALL = 2048
 

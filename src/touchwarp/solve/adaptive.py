@@ -11,7 +11,7 @@ from touchwarp.errors import SolveError
 from touchwarp.solve.blend import Terms, terms_of_cuts
 from touchwarp.solve.edges import points_along, sharp_edges
 from touchwarp.solve.estimate import discretisation_error
-from touchwarp.solve.ghosts import extend_inwards
+from touchwarp.solve.ghosts import extended_inwards
 from touchwarp.solve.interface import hanging_values
 from touchwarp.solve.level import OFFSETS
 from touchwarp.solve.marking import SAFETY, Marker
@@ -126,12 +126,11 @@ class AdaptiveSolver:
         """
         self._lane_scale = lane_scale
         grid = self.multigrid
-        for levels in (grid.stages, self.regions, self._terms, self._needed):
+        grid.drop_from(self._kept)
+        for levels in (self.regions, self._terms, self._needed, self._errors):
             del levels[self._kept :]
         grid.floor_zero = normal_lanes
         if self.regions:
-            # What the finer levels had put in their place is theirs no more.
-            grid.stages[-1].f[:] = 0.0
             grid.cycle()
         else:
             for i in range(len(grid.stages)):
@@ -169,7 +168,7 @@ class AdaptiveSolver:
         self.multigrid.floor_zero = normal_lanes
         for stage in self.multigrid.stages:
             stage.u[:] = 0.0
-            stage.f[:] = 0.0
+            stage.source[:] = 0.0
         for i in range(len(self.multigrid.stages)):
             self._start(i, data)
         self.settle()
@@ -204,7 +203,8 @@ class AdaptiveSolver:
             self.changes.append(float(change.max(initial=0.0)))
             floor = ROUNDING * float((np.abs(finest.u) * self._lane_scale).max(initial=0.0))
             if self.changes[-1] <= max(self.settled * self.tolerance, floor):
-                self._errors = discretisation_error(self.multigrid)
+                self._errors = discretisation_error(self.multigrid, self._lane_scale)
+                self.multigrid.release()
                 return
         history = ", ".join(f"{c * 1e3:.3g}" for c in self.changes)
         raise SolveError(
@@ -296,7 +296,7 @@ class AdaptiveSolver:
         if len(bricks) == len(have):
             return False
         before = level.bricks[self._needed[-1]].astype(np.int64)
-        narrow = self.multigrid.drop_finest()
+        (narrow,) = self.multigrid.drop_from(len(self.multigrid.stages) - 1)
         del self.regions[-1], self._terms[-1], self._needed[-1]
         self._add_level(bricks, np.concatenate([before, needed]), data, narrow)
         return True
@@ -305,9 +305,8 @@ class AdaptiveSolver:
         """(k, 3) missing bricks beside rim nodes that the table's coarser cells would miss."""
         fine, coarse = self.multigrid.stages[-2:][::-1]
         assert fine.interface is not None
-        values = coarse.u.astype(np.float64)
-        extend_inwards(coarse, self.regions[-2], values, self.multigrid.floor_zero)
-        rim = fine.interface.rim
+        values = extended_inwards(coarse, self.regions[-2], self.multigrid.floor_zero)
+        rim = fine.interface.nodes
         rim = rim[self.regions[-1][rim] == 1]
         gap = hanging_values(fine.level, coarse.level, rim, values)[:, :3] - fine.u[rim, :3]
         rim = rim[np.linalg.norm(gap, axis=1) > RIM * self.marker.tolerance]
@@ -354,7 +353,7 @@ class AdaptiveSolver:
 
     def _error_outside_tube(self) -> float:
         """m: the greatest estimated discretisation error farther than the radius from edges."""
-        errors = discretisation_error(self.multigrid)
+        errors = discretisation_error(self.multigrid, self._lane_scale)
         frame, least = self.problem.frame, 0.5 * self.tolerance
         return self.tube.greatest_outside(frame, self.multigrid.stages, self.regions, errors, least)
 

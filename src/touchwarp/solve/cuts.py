@@ -8,12 +8,14 @@ non-manifold. Each brick keeps the triangles that reach into it, sieved from its
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
-from touchwarp.solve.level import Level
+from touchwarp.solve.level import FLOOR, LOCAL, Level
+from touchwarp.solve.threads import share
 
 NEAREST = 1e-3
 """The least crossing distance, in cells: a nearer surface is taken to be this far. The node's value
@@ -32,8 +34,7 @@ class BrickTriangles:
     index: NDArray[np.int32]
 
 
-@dataclass(eq=False)
-class Cuts:
+class Cuts(NamedTuple):
     """The cut edges of a level, seen from their nodes.
 
     Attributes:
@@ -77,22 +78,12 @@ def sieve_triangles(
         )
     else:
         parent = level.parent
-    scale = 2.0**level.depth
     start = np.zeros(count + 1, np.int64)
-    _sieve(
-        level.bricks,
-        parent,
-        corners,
-        faces,
-        scale,
-        coarser.start,
-        coarser.index,
-        start,
-        np.empty(0, np.int32),
-    )
+    given = level.bricks, parent, corners, faces, 2.0**level.depth, coarser.start, coarser.index
+    share(_sieve, count, *given, start, np.empty(0, np.int32), work=LOCAL)
     np.cumsum(start, out=start)
     index = np.empty(int(start[-1]), np.int32)
-    _sieve(level.bricks, parent, corners, faces, scale, coarser.start, coarser.index, start, index)
+    share(_sieve, count, *given, start, index, work=LOCAL)
     return BrickTriangles(start, index)
 
 
@@ -103,35 +94,25 @@ def cut_edges(
     triangles: BrickTriangles,
 ) -> Cuts:
     """Every edge of a level that a triangle crosses, from both its ends."""
-    counts = np.zeros((len(level.bricks) + 1, 2), np.int64)
-    none = np.empty(0, np.int32)
-    scale = 2.0**level.depth
-    fixed = (
-        level.bricks,
-        level.node,
-        level.mirrored,
-        corners,
-        faces,
-        scale,
-        triangles.start,
-        triangles.index,
-    )
+    # Only bricks with triangles, so that parts of them take about as long as one another.
+    bricks = np.flatnonzero(np.diff(triangles.start)).astype(np.int32)
+    counts = np.zeros((len(bricks) + 1, 2), np.int64)
+    lists = triangles.start, triangles.index
+    given = bricks, level.places, corners, faces, 2.0**level.depth, *lists, counts
     row = np.full(level.n, -1, np.int32)
-    no_reals = np.empty(0, np.float32)
-    _scan(
-        *fixed,
-        counts,
-        row,
-        none,
-        np.empty(0, np.int64),
-        np.empty(0, np.int8),
-        no_reals,
-        none,
-        np.empty((0, 2), np.float32),
-    )
+    share(_scan, len(bricks), *given, _cuts_for(row, 0, 0), work=LOCAL)
     np.cumsum(counts, axis=0, out=counts)
     rows, cuts = (int(c) for c in counts[-1])
-    result = Cuts(
+    result = _cuts_for(row, rows, cuts)
+    result.start[-1] = cuts
+    if rows:
+        share(_scan, len(bricks), *given, result, work=LOCAL)
+    return result
+
+
+def _cuts_for(row: NDArray[np.int32], rows: int, cuts: int) -> Cuts:
+    """Arrays for so many rows and cuts."""
+    return Cuts(
         row,
         np.empty(rows, np.int32),
         np.empty(rows + 1, np.int64),
@@ -140,23 +121,9 @@ def cut_edges(
         np.empty(cuts, np.int32),
         np.empty((cuts, 2), np.float32),
     )
-    result.start[-1] = cuts
-    if rows:
-        _scan(
-            *fixed,
-            counts,
-            row,
-            result.node,
-            result.start,
-            result.direction,
-            result.distance,
-            result.triangle,
-            result.weights,
-        )
-    return result
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def cut_along(row, start, direction, node, wanted):
     """The cut of a node's edge in one direction, or -1."""
     r = row[node]
@@ -167,7 +134,7 @@ def cut_along(row, start, direction, node, wanted):
     return -1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _reaches(corners, faces, t, scale, low, high):
     """Whether a triangle may meet a box: by its bounding box, then by its plane."""
     a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
@@ -193,12 +160,13 @@ def _reaches(corners, faces, t, scale, low, high):
     return abs(offset) <= reach * (1.0 + 1e-9)
 
 
-@njit(cache=True, parallel=True)
-def _sieve(bricks, parent, corners, faces, scale, parent_start, parent_index, start, index):
+@njit(cache=True, nogil=True)
+def _sieve(
+    first, last, bricks, parent, corners, faces, scale, parent_start, parent_index, start, index
+):
     counting = index.shape[0] == 0
-    for b in prange(bricks.shape[0]):
-        low = np.empty(3)
-        high = np.empty(3)
+    low, high = np.empty(3), np.empty(3)
+    for b in range(first, last):
         for d in range(3):
             low[d] = 8.0 * bricks[b, d] - 1.001
             high[d] = 8.0 * bricks[b, d] + 8.001
@@ -213,7 +181,7 @@ def _sieve(bricks, parent, corners, faces, scale, parent_start, parent_index, st
             start[b + 1] = k
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _hit_lines(corners, faces, t, scale, origin, axis, near, hit, weight):
     """Record a triangle's crossings of the grid lines along an axis through a brick's nodes."""
     b, c = (axis + 1) % 3, (axis + 2) % 3
@@ -266,70 +234,58 @@ def _hit_lines(corners, faces, t, scale, origin, axis, near, hit, weight):
                         weight[local, d, 1] = w1
 
 
-@njit(cache=True, parallel=True)
-def _scan(
-    bricks,
-    node,
-    mirrored,
-    corners,
-    faces,
-    scale,
-    tri_start,
-    tri_index,
-    counts,
-    row,
-    out_node,
-    out_start,
-    out_direction,
-    out_distance,
-    out_triangle,
-    out_weights,
-):
-    counting = out_node.shape[0] == 0
-    for b in prange(bricks.shape[0]):
-        if tri_start[b] == tri_start[b + 1]:
+@njit(cache=True, nogil=True)
+def _scan(first, last, bricks, places, corners, faces, scale, tri_start, tri_index, counts, cuts):
+    """Count the cut rows and the cuts of bricks first..last, or write them where there is room."""
+    bricks_at, around, node, row = places.bricks, places.around, places.node, cuts.row
+    direction, distance, triangle, weights = (
+        cuts.direction,
+        cuts.distance,
+        cuts.triangle,
+        cuts.weights,
+    )
+    counting = cuts.node.shape[0] == 0
+    near = np.empty((512, 6))
+    hit = np.empty((512, 6), np.int32)
+    weight = np.empty((512, 6, 2), np.float32)
+    origin = np.empty(3)
+    for i in range(first, last):
+        if not counting and counts[i, 0] == counts[i + 1, 0]:
             continue
-        if not counting and counts[b, 0] == counts[b + 1, 0]:
-            continue
-        near = np.full((512, 6), 2.0)
-        hit = np.full((512, 6), -1, np.int32)
-        weight = np.empty((512, 6, 2), np.float32)
-        origin = np.empty(3)
-        for d in range(3):
-            origin[d] = 8.0 * bricks[b, d]
-        for i in range(tri_start[b], tri_start[b + 1]):
-            for axis in range(3):
-                _hit_lines(corners, faces, tri_index[i], scale, origin, axis, near, hit, weight)
-        rows, cuts = 0, 0
+        b = bricks[i]
         for local in range(512):
-            m = node[b, local]
+            for d in range(6):
+                near[local, d], hit[local, d] = 2.0, -1
+        for d in range(3):
+            origin[d] = 8.0 * bricks_at[b, d]
+        for t in range(tri_start[b], tri_start[b + 1]):
+            for axis in range(3):
+                _hit_lines(corners, faces, tri_index[t], scale, origin, axis, near, hit, weight)
+        r, k = (0, 0) if counting else (counts[i, 0], counts[i, 1])
+        for local in range(512):
+            m = node[512 * b + local]
             if m < 0:
                 continue
-            if mirrored and bricks[b, 2] == 0 and local % 8 == 0:
+            if around[b, FLOOR] == 1 and local % 8 == 0:
                 # What lies under the plane is the mirror image of what lies above.
                 own, image = (5, 4) if near[local, 5] <= near[local, 4] else (4, 5)
-                hit[local, image] = hit[local, own]
-                near[local, image] = near[local, own]
-                weight[local, image] = weight[local, own]
-            found = 0
+                hit[local, image], near[local, image] = hit[local, own], near[local, own]
+                weight[local, image, 0] = weight[local, own, 0]
+                weight[local, image, 1] = weight[local, own, 1]
+            begun = k
             for d in range(6):
-                if hit[local, d] >= 0:
-                    if not counting:
-                        k = counts[b, 1] + cuts
-                        out_direction[k] = d
-                        out_distance[k] = max(near[local, d], NEAREST)
-                        out_triangle[k] = hit[local, d]
-                        out_weights[k, 0] = weight[local, d, 0]
-                        out_weights[k, 1] = weight[local, d, 1]
-                    if found == 0 and not counting:
-                        r = counts[b, 0] + rows
-                        row[m] = r
-                        out_node[r] = m
-                        out_start[r] = counts[b, 1] + cuts
-                    cuts += 1
-                    found += 1
-            if found:
-                rows += 1
+                if hit[local, d] < 0:
+                    continue
+                if not counting:
+                    direction[k] = d
+                    distance[k] = max(near[local, d], NEAREST)
+                    triangle[k] = hit[local, d]
+                    weights[k, 0] = weight[local, d, 0]
+                    weights[k, 1] = weight[local, d, 1]
+                k += 1
+            if k > begun:
+                if not counting:
+                    row[m], cuts.node[r], cuts.start[r] = r, m, begun
+                r += 1
         if counting:
-            counts[b + 1, 0] = rows
-            counts[b + 1, 1] = cuts
+            counts[i + 1, 0], counts[i + 1, 1] = r, k

@@ -11,25 +11,35 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from touchwarp.solve.multigrid import COARSEST_SWEEPS, SWEEPS, Multigrid, Stage
+from touchwarp.solve.level import LOCAL
+from touchwarp.solve.multigrid import COARSEST_SWEEPS, SWEEPS, Multigrid
+from touchwarp.solve.transfer import covered_pairs
 
 SHARE = np.float32(1.0 / 3.0)
 
 
-def discretisation_error(multigrid: Multigrid) -> list[NDArray[np.float32]]:
-    """For each stage, (n, 4) m: how much τ-extrapolation changes a converged solution.
+def discretisation_error(
+    multigrid: Multigrid, lane_scale: NDArray[np.float32]
+) -> list[NDArray[np.float32]]:
+    """For each stage, (n,) m: how much τ-extrapolation changes a converged solution.
 
-    The solution is left as it was.
+    `lane_scale` (4,) weighs the lanes, to metres. The solution is left as it was.
     """
     stages = multigrid.stages
     last = len(stages) - 1
     kept = [stage.u.copy() for stage in stages]
-    increments: dict[int, tuple[NDArray[np.int32], NDArray[np.float32]]] = {}
+    increments: dict[int, tuple[NDArray[np.int64], NDArray[np.float32]]] = {}
+    finer = np.empty(0, np.int32)
     for i in range(last, multigrid.root, -1):
         multigrid.coarsen_equation(i)
-        under, over = stages[i].covered
-        finest = _finest(under, stages[i + 1] if i < last else None)
-        increments[i - 1] = over[finest], SHARE * stages[i - 1].f[over[finest]]
+        over = stages[i - 1]
+        _, nodes, coarse_nodes = covered_pairs(stages[i].level, over.level)
+        finest = np.ones(stages[i].level.n, bool)
+        finest[finer] = False
+        brick, local = np.divmod(over.level.site[coarse_nodes[finest[nodes]]], LOCAL)
+        places = LOCAL * over.slot[brick].astype(np.int64) + local
+        increments[i - 1] = places, SHARE * over.source[places]
+        finer = coarse_nodes
 
     def cycle(i: int) -> None:
         if i == 0:
@@ -42,24 +52,16 @@ def discretisation_error(multigrid: Multigrid) -> list[NDArray[np.float32]]:
     def descend(i: int) -> None:
         multigrid.coarsen_equation(i)
         if i - 1 in increments:
-            nodes, change = increments[i - 1]
-            stages[i - 1].f[nodes] += change
+            places, change = increments[i - 1]
+            stages[i - 1].source[places] += change
         cycle(i - 1)
         multigrid.correct(i)
 
     descend(last)
     errors = []
     for stage, u in zip(stages, kept, strict=True):
-        errors.append(np.abs(stage.u - u))
+        stage.u -= u
+        stage.u *= lane_scale
+        errors.append(np.sqrt(np.einsum("ij,ij->i", stage.u, stage.u)))
         stage.u[:] = u
     return errors
-
-
-def _finest(nodes: NDArray[np.int32], finer: Stage | None) -> NDArray[np.bool_]:
-    """Which of a level's nodes no finer level covers."""
-    if finer is None:
-        return np.ones(len(nodes), bool)
-    covered = np.zeros(int(nodes.max(initial=-1)) + 1, bool)
-    over = finer.covered[1]
-    covered[over[over < len(covered)]] = True
-    return ~covered[nodes]

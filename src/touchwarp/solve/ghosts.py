@@ -9,51 +9,42 @@ nodes.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from touchwarp.solve.cuts import cut_along
-from touchwarp.solve.multigrid import Stage
+from touchwarp.solve.level import beside
+from touchwarp.solve.multigrid import Lanes, Stage
 from touchwarp.solve.region import Region
+from touchwarp.solve.stencil import LANES
+from touchwarp.solve.threads import share
 
 
-def extend_inwards(
-    stage: Stage, region: Region, values: NDArray[np.float64], normal_lanes: NDArray[np.bool_]
-) -> None:
-    """Replace, in place, the values (n, 4) of the nodes behind surfaces, one node deep.
+def extended_inwards(stage: Stage, region: Region, normal_lanes: NDArray[np.bool_]) -> Lanes:
+    """(n, 4) u, but for the nodes behind surfaces, which are continued from Ω, one node deep.
 
     The lanes that vanish on the sliding plane stay 0 there.
     """
-    cuts, level = stage.cuts, stage.level
-    known = np.zeros(level.n, np.bool_)
-    before = values.copy()
-    _extend(
-        level.neighbours,
-        cuts.row,
-        cuts.start,
-        cuts.direction,
-        cuts.distance,
-        stage.cut_values,
-        region,
-        before,
-        values,
-        known,
-    )
-    before = values.copy()
-    _spread(level.neighbours, known, region, before, values)
+    n = stage.level.n_inner
+    values = stage.u.copy()
+    known = np.zeros(stage.level.n, np.bool_)
+    places = stage.level.places
+    share(_extend, n, places, stage.cuts, stage.cut_values, region, stage.u, values, known)
+    share(_spread, n, places, known, region, values)
     values[np.ix_(stage.floor, normal_lanes)] = 0.0
+    return values
 
 
-@njit(cache=True, parallel=True)
-def _extend(neighbours, row, start, direction, distance, cut_values, region, u, values, known):
-    n_inner = neighbours.shape[0]
-    channels = values.shape[1]
-    for m in prange(n_inner):
+@njit(cache=True, nogil=True)
+def _extend(first, last, places, cuts, cut_values, region, u, values, known):
+    node, around, site, n_inner = places.node, places.around, places.site, places.n_inner
+    row, start, direction, distance = cuts.row, cuts.start, cuts.direction, cuts.distance
+    for m in range(first, last):
         if region[m] != 0 or row[m] < 0:
             continue
         count = 0
         for d in range(6):
-            near = neighbours[m, d]
+            near = beside(node, around, site[m], d)
             if region[near] != 1:
                 continue
             cut = cut_along(row, start, direction, near, d ^ 1)
@@ -62,44 +53,43 @@ def _extend(neighbours, row, start, direction, distance, cut_values, region, u, 
             at = 1.0 - distance[cut]
             far, farther = near, -1
             if near < n_inner and cut_along(row, start, direction, near, d) < 0:
-                far = neighbours[near, d]
+                far = beside(node, around, site[near], d)
                 if far < n_inner and cut_along(row, start, direction, far, d) < 0:
-                    farther = neighbours[far, d]
+                    farther = beside(node, around, site[far], d)
             if count == 0:
-                for q in range(channels):
+                for q in range(LANES):
                     values[m, q] = 0.0
             count += 1
+            # Weights at 0 of the crossing and of points at 2 and 3, or of what there is of them.
+            w2, w3 = -at / max((1.0 if far == near else 2.0) - at, 0.5), 0.0
             if farther >= 0:
-                # Lagrange weights at 0 of points at `at`, 2 and 3.
                 w2, w3 = -3.0 * at / (2.0 - at), 2.0 * at / (3.0 - at)
-            else:
-                w2, w3 = -at / max((1.0 if far == near else 2.0) - at, 0.5), 0.0
-            for q in range(channels):
+            for q in range(LANES):
                 g = cut_values[cut, q]
                 values[m, q] += g + w2 * (u[far, q] - g)
                 if farther >= 0:
                     values[m, q] += w3 * (u[farther, q] - g)
         if count:
             known[m] = True
-            for q in range(channels):
+            for q in range(LANES):
                 values[m, q] /= count
 
 
-@njit(cache=True, parallel=True)
-def _spread(neighbours, known, region, u, values):
-    for m in prange(neighbours.shape[0]):
+@njit(cache=True, nogil=True)
+def _spread(first, last, places, known, region, values):
+    """Nodes behind surfaces that see no crossing take the mean of those beside them that do."""
+    node, around, site = places.node, places.around, places.site
+    for m in range(first, last):
         if known[m] or region[m] != 0:
             continue
         count = 0
         for d in range(6):
-            k = neighbours[m, d]
-            if k < neighbours.shape[0] and known[k]:
-                if count == 0:
-                    for q in range(values.shape[1]):
-                        values[m, q] = 0.0
+            k = beside(node, around, site[m], d)
+            if known[k]:
+                for q in range(LANES):
+                    own = values[m, q] if count else np.float32(0.0)
+                    values[m, q] = own + values[k, q]
                 count += 1
-                for q in range(values.shape[1]):
-                    values[m, q] += u[k, q]
         if count:
-            for q in range(values.shape[1]):
+            for q in range(LANES):
                 values[m, q] /= count

@@ -12,31 +12,37 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from touchwarp.solve.cuts import Cuts
 from touchwarp.solve.interface_stencil import expand_rim
-from touchwarp.solve.level import Level, node_at
+from touchwarp.solve.level import FLOOR, Level, node_at, octant_start
 from touchwarp.solve.stencil import LANES
+from touchwarp.solve.threads import share
 
 TERMS = np.array([1, 4, 16, 0])
 FINE_TERMS = np.array([0, 0, 4, 0])
 """The most terms of a rim node, by the number of its odd coordinates."""
 
+CUBIC = np.array([[0.0, 16.0, 0.0, 0.0], [-1.0, 9.0, 9.0, -1.0]], np.float32) / 16
+"""Weights of four coarse nodes along a line: for the second of them, and for the middle."""
+
 
 @dataclass(eq=False)
 class Interface:
-    """Rim values as sums over coarse nodes and over cuts.
+    """Rim values: the plain cubic where no surface is near, sums over nodes and cuts elsewhere.
 
     Attributes:
-        rim: (k,) int32, the fine rim nodes that are interpolated.
+        plain: (p,) int32, the fine rim nodes that are cubic.
+        rim: (k,) int32, all others that are interpolated.
         start: (k + 1,) int64, length: (k,), each one's terms in `source` and `weight`.
         source: (t,) int32, a coarse node, or -1 - cut for a coarse cut.
         fine_start, fine_length, fine_cut, fine_weight: the same for terms that are fine cuts.
         weight: (t,) float32.
     """
 
+    plain: NDArray[np.int32]
     rim: NDArray[np.int32]
     start: NDArray[np.int64]
     length: NDArray[np.int32]
@@ -47,6 +53,11 @@ class Interface:
     fine_cut: NDArray[np.int32]
     fine_weight: NDArray[np.float32]
 
+    @property
+    def nodes(self) -> NDArray[np.int32]:
+        """All rim nodes that are interpolated."""
+        return np.concatenate([self.plain, self.rim])
+
 
 def make_interface(fine: Level, fine_cuts: Cuts, coarse: Level, coarse_cuts: Cuts) -> Interface:
     """How the rim of `fine` follows from `coarse`; the rim on the outer box stays 0."""
@@ -55,10 +66,16 @@ def make_interface(fine: Level, fine_cuts: Cuts, coarse: Level, coarse_cuts: Cut
     if fine.mirrored:
         on_box[:, 2] &= where[:, 2] != 0
     rim = (fine.n_inner + np.flatnonzero(~on_box.any(axis=1))).astype(np.int32)
+    is_plain = np.empty(len(rim), np.bool_)
+    places = fine.places, coarse.places
+    rows = fine_cuts.row, coarse_cuts.row
+    share(_find_plain, len(rim), rim, *places, *rows, is_plain, work=16, even=True)
+    plain, rim = rim[is_plain], rim[~is_plain]
     odd = (where[rim - fine.n_inner] & 1).sum(axis=1)
     start = np.concatenate([[0], np.cumsum(TERMS[odd])])
     fine_start = np.concatenate([[0], np.cumsum(FINE_TERMS[odd])])
     result = Interface(
+        plain,
         rim,
         start,
         np.zeros(len(rim), np.int32),
@@ -69,38 +86,39 @@ def make_interface(fine: Level, fine_cuts: Cuts, coarse: Level, coarse_cuts: Cut
         np.empty(fine_start[-1], np.int32),
         np.empty(fine_start[-1], np.float32),
     )
-    expand_rim(
-        rim,
-        fine.site,
-        fine.bricks,
-        fine.parent,
-        fine.node,
-        fine.around,
-        fine_cuts.row,
-        fine_cuts.start,
-        fine_cuts.direction,
-        fine_cuts.distance,
-        coarse.node,
-        coarse.around,
-        coarse.bricks,
-        fine.mirrored,
-        coarse_cuts.row,
-        coarse_cuts.start,
-        coarse_cuts.direction,
-        coarse_cuts.distance,
-        start,
-        result.length,
-        result.source,
-        result.weight,
-        fine_start,
-        result.fine_length,
-        result.fine_cut,
-        result.fine_weight,
-    )
+    terms = start, result.length, result.source, result.weight
+    fine_terms = fine_start, result.fine_length, result.fine_cut, result.fine_weight
+    share(expand_rim, len(rim), rim, *places, fine_cuts, coarse_cuts, *terms, *fine_terms, work=100)
     return result
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True)
+def _find_plain(first, last, rim, fine, coarse, fine_row, coarse_row, plain):
+    """Which rim nodes are cubic: all coarse nodes are there, and no surface cuts their edges."""
+    bricks, parent, site = fine.bricks, fine.parent, fine.site
+    node, around = fine.node, fine.around
+    coarse_node, coarse_around = coarse.node, coarse.around
+    for n in range(first, last):
+        b, local = site[rim[n]] >> 9, site[rim[n]] & 511
+        x, y, z = local >> 6, (local >> 3) & 7, local & 7
+        start, p = octant_start(bricks, b), np.int64(parent[b])
+        x0, y0, z0 = (start >> 6) + (x >> 1), ((start >> 3) & 7) + (y >> 1), (start & 7) + (z >> 1)
+        # the cubic would reach under a sliding plane, where there are no nodes of their own
+        whole = not (z == 1 and around[b, FLOOR] == 1)
+        for i in range(-(x & 1), 1 + 2 * (x & 1)):
+            for j in range(-(y & 1), 1 + 2 * (y & 1)):
+                for k in range(-(z & 1), 1 + 2 * (z & 1)):
+                    c = node_at(coarse_node, coarse_around, p, x0 + i, y0 + j, z0 + k)
+                    whole = whole and c >= 0 and coarse_row[c] < 0
+        for axis in range(3):
+            for step in range(-2, 3):
+                dx, dy, dz = step * (axis == 0), step * (axis == 1), step * (axis == 2)
+                near = node_at(node, around, b, x + dx, y + dy, z + dz)
+                whole = whole and (near < 0 or fine_row[near] < 0)
+        plain[n] = whole
+
+
+@njit(cache=True, nogil=True)
 def interface_constants(
     start,
     length,
@@ -115,7 +133,7 @@ def interface_constants(
     constant,
 ):
     """The part of the rim values that comes from g at cuts."""
-    for i in prange(constant.shape[0]):
+    for i in range(constant.shape[0]):
         for q in range(LANES):
             total = np.float32(0.0)
             for k in range(start[i], start[i] + length[i]):
@@ -126,10 +144,35 @@ def interface_constants(
             constant[i, q] = total
 
 
-@njit(cache=True, parallel=True, fastmath=True)
-def set_rim(fine_u, coarse_u, rim, start, length, source, weight, constant):
-    """Rim values of the fine level from the coarse one."""
-    for i in prange(rim.shape[0]):
+@njit(cache=True, nogil=True, fastmath=True)
+def set_plain_rim(first, last, plain, fine, coarse, coarse_u, fine_u):
+    """Rim values of the fine level from the coarse one, where no surface is near."""
+    bricks, parent, site = fine.bricks, fine.parent, fine.site
+    node, around = coarse.node, coarse.around
+    for n in range(first, last):
+        m = plain[n]
+        b, local = site[m] >> 9, site[m] & 511
+        x, y, z = local >> 6, (local >> 3) & 7, local & 7
+        start, p = octant_start(bricks, b), np.int64(parent[b])
+        x0, y0, z0 = (start >> 6) + (x >> 1), ((start >> 3) & 7) + (y >> 1), (start & 7) + (z >> 1)
+        x, y, z = x & 1, y & 1, z & 1
+        s0 = s1 = s2 = s3 = np.float32(0.0)
+        for i in range(1 - x, 2 + 2 * x):
+            for j in range(1 - y, 2 + 2 * y):
+                for k in range(1 - z, 2 + 2 * z):
+                    w = CUBIC[x, i] * CUBIC[y, j] * CUBIC[z, k]
+                    c = node_at(node, around, p, x0 + i - 1, y0 + j - 1, z0 + k - 1)
+                    s0 += w * coarse_u[c, 0]
+                    s1 += w * coarse_u[c, 1]
+                    s2 += w * coarse_u[c, 2]
+                    s3 += w * coarse_u[c, 3]
+        fine_u[m, 0], fine_u[m, 1], fine_u[m, 2], fine_u[m, 3] = s0, s1, s2, s3
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def set_rim(first, last, rim, start, length, source, weight, constant, coarse_u, fine_u):
+    """Rim values of the fine level from the coarse one, beside surfaces."""
+    for i in range(first, last):
         s0, s1, s2, s3 = constant[i, 0], constant[i, 1], constant[i, 2], constant[i, 3]
         for k in range(start[i], start[i] + length[i]):
             c = source[k]
@@ -144,34 +187,31 @@ def set_rim(fine_u, coarse_u, rim, start, length, source, weight, constant):
 
 
 def hanging_values(
-    fine: Level, coarse: Level, nodes: NDArray[np.integer], values: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """(k, C): the trilinear interpolant of coarse node values (n, C) at nodes of the finer level.
+    fine: Level, coarse: Level, nodes: NDArray[np.integer], values: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """(k, 4): the trilinear interpolant of coarse node values (n, 4) at nodes of the finer level.
 
     The solver's own rim is cubic; a table whose fine bricks meet coarse ones must be trilinear
     there.
     """
-    result = np.empty((len(nodes), values.shape[1]))
-    _hang(nodes, fine.site, fine.bricks, fine.parent, coarse.node, coarse.around, values, result)
+    result = np.empty((len(nodes), values.shape[1]), np.float32)
+    share(_hang, len(nodes), nodes, fine.places, coarse.places, values, result, work=4)
     return result
 
 
-@njit(cache=True, parallel=True)
-def _hang(nodes, site, bricks, parent, coarse_node, coarse_around, coarse, result):
-    for i in prange(nodes.shape[0]):
-        b, local = site[nodes[i]] // 512, site[nodes[i]] % 512
-        x, y, z = local // 64, local // 8 % 8, local % 8
-        x0 = 4 * (bricks[b, 0] & 1) + x // 2
-        y0 = 4 * (bricks[b, 1] & 1) + y // 2
-        z0 = 4 * (bricks[b, 2] & 1) + z // 2
-        weight = 1.0 / ((1 + (x & 1)) * (1 + (y & 1)) * (1 + (z & 1)))
-        for q in range(result.shape[1]):
+@njit(cache=True, nogil=True)
+def _hang(first, last, nodes, fine, coarse, values, result):
+    bricks, parent, site = fine.bricks, fine.parent, fine.site
+    node, around = coarse.node, coarse.around
+    for n in range(first, last):
+        b, local = site[nodes[n]] >> 9, site[nodes[n]] & 511
+        x, y, z = local >> 6, (local >> 3) & 7, local & 7
+        start, p = octant_start(bricks, b), np.int64(parent[b])
+        x0, y0, z0 = (start >> 6) + (x >> 1), ((start >> 3) & 7) + (y >> 1), (start & 7) + (z >> 1)
+        # up to eight nodes; even coordinates name the same one twice
+        for q in range(values.shape[1]):
             total = 0.0
-            for dx in range(1 + (x & 1)):
-                for dy in range(1 + (y & 1)):
-                    for dz in range(1 + (z & 1)):
-                        c = node_at(
-                            coarse_node, coarse_around, False, parent[b], x0 + dx, y0 + dy, z0 + dz
-                        )
-                        total += coarse[c, q]
-            result[i, q] = weight * total
+            for k in range(8):
+                i, j, k = (k >> 2) & x, (k >> 1) & y & 1, k & z & 1
+                total += values[node_at(node, around, p, x0 + i, y0 + j, z0 + k), q]
+            result[n, q] = 0.125 * total

@@ -9,14 +9,34 @@ level. Inner red nodes come first, then inner black ones, then the rim, each bri
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from touchwarp.solve.frame import CELLS
+from touchwarp.solve.threads import share
 
 LOCAL = CELLS**3
+
+
+FLOOR = 27
+"""Column of `Level.around` that tells whether a brick stands on a sliding plane."""
+
+
+class Places(NamedTuple):
+    """What compiled loops need of a level; see `Level`.
+
+    Loops take its arrays out once, before they start: to take one costs as much as a lookup.
+    """
+
+    bricks: NDArray[np.int32]
+    around: NDArray[np.int32]
+    parent: NDArray[np.int32]
+    node: NDArray[np.int32]
+    site: NDArray[np.int32]
+    n_inner: int
 
 
 @dataclass(eq=False)
@@ -26,15 +46,16 @@ class Level:
     Attributes:
         depth: level number; 0 is the root grid, negative ones are its coarsenings.
         cells: (3,) cells the whole box would have at this depth.
-        bricks: (b, 3) int32, brick coordinates, sorted; the `n_cell_bricks` that have cells, and
-            those that only hold nodes on upper faces.
+        bricks: (b, 3) int32, brick coordinates, sorted; those that have cells, and those that only
+            hold nodes on upper faces.
         has_cells: (b,) bool.
-        around: (b, 27) int32, the bricks around each, index 9(dx+1) + 3(dy+1) + (dz+1), or -1.
+        around: (b, 28) int32, the bricks around each, index 9(dx+1) + 3(dy+1) + (dz+1), or -1; and
+            1 where a brick stands on a sliding plane.
         parent: (b,) int32, the coarser level's brick that holds each, or -1 on the coarsest.
-        node: (b, 512) int32, node numbers by brick and 64x + 8y + z, or -1.
-        site: (n,) int32, 512 · brick + 64x + 8y + z of each node.
+        node_of_site: (512 (b + 1),) int32, the node at each site 512 · brick + 64x + 8y + z, or -1;
+            the last 512 are those of the bricks that are not there.
+        site: (n,) int32 of each node.
         n_red, n_inner, n: the counts.
-        neighbours: (n_inner, 6) int32, nodes at x-, x+, y-, y+, z-, z+.
         mirrored: the floor is a sliding plane.
     """
 
@@ -44,13 +65,24 @@ class Level:
     has_cells: NDArray[np.bool_]
     around: NDArray[np.int32]
     parent: NDArray[np.int32]
-    node: NDArray[np.int32]
+    node_of_site: NDArray[np.int32]
     site: NDArray[np.int32]
     n_red: int
     n_inner: int
     n: int
-    neighbours: NDArray[np.int32]
     mirrored: bool
+
+    @property
+    def places(self) -> Places:
+        """The level for compiled loops."""
+        return Places(
+            self.bricks, self.around, self.parent, self.node_of_site, self.site, self.n_inner
+        )
+
+    @property
+    def node(self) -> NDArray[np.int32]:
+        """(b, 512) nodes by brick."""
+        return self.node_of_site[:-LOCAL].reshape(-1, LOCAL)
 
     def coordinates(self, nodes: NDArray[np.integer] | slice = slice(None)) -> NDArray[np.int64]:
         """(k, 3) int64, the coordinates of nodes (all without it) in this level's cells."""
@@ -72,10 +104,20 @@ class Level:
 def node_kinds(level: Level, present: NDArray[np.bool_]) -> NDArray[np.int8]:
     """(b, 512): 0 no node, 1 inner red, 2 inner black, 3 rim, if only the bricks present (b,)
     were."""
-    kind = np.zeros((len(level.bricks), LOCAL), np.int8)
-    counts = np.zeros((len(level.bricks), 3), np.int64)
-    _classify(level.bricks, present, level.around, level.cells, level.mirrored, kind, counts)
-    return kind
+    return _kinds(level.bricks, present, level.around, level.cells)[0]
+
+
+def _kinds(
+    bricks: NDArray[np.int32],
+    present: NDArray[np.bool_],
+    around: NDArray[np.int32],
+    cells: NDArray[np.int64],
+) -> tuple[NDArray[np.int8], NDArray[np.int64]]:
+    """(b, 512) as `node_kinds`, and how many of each kind a brick has, (b, 3)."""
+    kind = np.zeros((len(bricks), LOCAL), np.int8)
+    counts = np.zeros((len(bricks), 3), np.int64)
+    share(_classify, len(bricks), bricks, present, around, cells, kind, counts, work=LOCAL)
+    return kind, counts
 
 
 def _key(bricks: NDArray[np.int64], shape: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -107,25 +149,22 @@ def make_level(
     )
     has_cells = np.zeros(len(keys), bool)
     has_cells[np.searchsorted(keys, _key(cell_bricks, shape))] = True
-    around = np.empty((len(keys), 27), np.int32)
+    around = np.empty((len(keys), 28), np.int32)
     for i, offset in enumerate(OFFSETS):
         there = bricks + offset
         inside = ((there >= 0) & (there < shape)).all(axis=1)
         around[:, i] = np.where(inside, _find(keys, _key(there, shape)), -1)
+    around[:, FLOOR] = mirrored & (bricks[:, 2] == 0)
     parent = np.full(len(keys), -1, np.int32)
     if coarser is not None:
         parent[:] = coarser.index_of(bricks // 2)
-    node = np.full((len(keys), LOCAL), -1, np.int32)
-    kind = np.zeros((len(keys), LOCAL), np.int8)
-    counts = np.zeros((len(keys), 3), np.int64)
     bricks = bricks.astype(np.int32)
-    _classify(bricks, has_cells, around, cells, mirrored, kind, counts)
-    starts = np.cumsum(counts.T.ravel()).reshape(3, -1)
-    n_red, n_inner, n = (int(starts[i, -1]) for i in range(3))
+    kind, counts = _kinds(bricks, has_cells, around, cells)
+    ends = np.cumsum(counts.T.ravel()).reshape(3, -1)
+    n_red, n_inner, n = (int(end) for end in ends[:, -1])
+    node = np.full(LOCAL * (len(keys) + 1), -1, np.int32)
     site = np.empty(n, np.int32)
-    _number(kind, (starts - counts.T).T.copy(), node, site)
-    neighbours = np.empty((n_inner, 6), np.int32)
-    _neighbours(node, site, around, bricks, mirrored, neighbours)
+    share(_number, len(keys), kind, (ends - counts.T).T.copy(), node, site, work=LOCAL)
     return Level(
         depth,
         cells,
@@ -138,98 +177,73 @@ def make_level(
         n_red,
         n_inner,
         n,
-        neighbours,
         mirrored,
     )
 
 
-@njit(cache=True)
-def node_at(node, around, floor, brick, x, y, z):
-    """The node at coordinates x, y, z relative to a brick, each in -8..15, or -1."""
-    if floor and z < 0:
-        z = -z
-    step = 13
-    if x < 0:
-        step -= 9
-        x += 8
-    elif x > 7:
-        step += 9
-        x -= 8
-    if y < 0:
-        step -= 3
-        y += 8
-    elif y > 7:
-        step += 3
-        y -= 8
-    if z < 0:
-        step -= 1
-        z += 8
-    elif z > 7:
-        step += 1
-        z -= 8
-    there = around[brick, step]
-    if there < 0:
-        return -1
-    return node[there, 64 * x + 8 * y + z]
+@njit(cache=True, nogil=True)
+def node_at(node, around, brick, x, y, z):
+    """The node at coordinates x, y, z relative to a brick, each in -8..15, or -1.
+
+    Under a sliding plane that is the mirror image. There are no branches, which would keep the
+    compiler from putting this into the loops that call it.
+    """
+    z -= 2 * z * (around[brick, FLOOR] & (z < 0))
+    there = np.int64(around[brick, 13 + 9 * (x >> 3) + 3 * (y >> 3) + (z >> 3)])
+    # a brick that is not there, -1, is the array's last
+    return node[512 * there + 64 * (x & 7) + 8 * (y & 7) + (z & 7)]
 
 
-@njit(cache=True, parallel=True)
-def _classify(bricks, has_cells, around, cells, mirrored, kind, counts):
-    for b in prange(bricks.shape[0]):
-        floor = mirrored and bricks[b, 2] == 0
-        for x in range(8):
-            for y in range(8):
-                for z in range(8):
-                    present = 0
-                    for side in range(8):
-                        cx = x - (side >> 2 & 1)
-                        cy = y - (side >> 1 & 1)
-                        cz = z - (side & 1)
-                        if floor and cz < 0:
-                            cz = 0
-                        step = 13 - (9 if cx < 0 else 0) - (3 if cy < 0 else 0)
-                        step -= 1 if cz < 0 else 0
-                        there = around[b, step]
-                        if there < 0 or not has_cells[there]:
-                            continue
-                        if (
-                            8 * bricks[b, 0] + cx < cells[0]
-                            and 8 * bricks[b, 1] + cy < cells[1]
-                            and 8 * bricks[b, 2] + cz < cells[2]
-                        ):
-                            present += 1
-                    if present == 8:
-                        colour = 1 + ((x + y + z) & 1)
-                    elif present > 0:
-                        colour = 3
-                    else:
-                        continue
-                    kind[b, 64 * x + 8 * y + z] = colour
-                    counts[b, colour - 1] += 1
+@njit(cache=True, nogil=True)
+def beside(node, around, site, d):
+    """The neighbour of the node at a site in direction d: 0..5 for x-, x+, y-, y+, z-, z+."""
+    x = ((site >> 6) & 7) + (d == 1) - (d == 0)
+    y = ((site >> 3) & 7) + (d == 3) - (d == 2)
+    z = (site & 7) + (d == 5) - (d == 4)
+    z -= 2 * z * (around[site >> 9, FLOOR] & (z < 0))
+    there = np.int64(around[site >> 9, 13 + 9 * (x >> 3) + 3 * (y >> 3) + (z >> 3)])
+    return node[512 * there + 64 * (x & 7) + 8 * (y & 7) + (z & 7)]
 
 
-@njit(cache=True)
-def _number(kind, starts, node, site):
-    for b in range(kind.shape[0]):
+@njit(cache=True, nogil=True)
+def octant_start(bricks, brick):
+    """Where, in the sites of the brick that holds it, a brick starts."""
+    return 256 * (bricks[brick, 0] & 1) + 32 * (bricks[brick, 1] & 1) + 4 * (bricks[brick, 2] & 1)
+
+
+@njit(cache=True, nogil=True)
+def _classify(first, last, bricks, has_cells, around, cells, kind, counts):
+    inside = np.empty((8, 3), np.int64)
+    for b in range(first, last):
+        floor = around[b, FLOOR] == 1
+        for axis in range(3):
+            for at in range(8):
+                # a cell beyond the box's upper faces is none
+                inside[at, axis] = 8 * bricks[b, axis] + at < cells[axis]
+        for local in range(512):
+            x, y, z = local >> 6, (local >> 3) & 7, local & 7
+            present = 0
+            for side in range(8):
+                cx, cy, cz = x - (side >> 2), y - (side >> 1 & 1), z - (side & 1)
+                if cz < 0 and floor:
+                    cz = 0
+                there = around[b, 13 + 9 * (cx >> 3) + 3 * (cy >> 3) + (cz >> 3)]
+                if there >= 0 and has_cells[there]:
+                    own = (cx < 0 or inside[cx, 0]) and (cy < 0 or inside[cy, 1])
+                    present += own and (cz < 0 or inside[cz, 2])
+            if present > 0:
+                colour = 1 + ((x + y + z) & 1) if present == 8 else 3
+                kind[b, local] = colour
+                counts[b, colour - 1] += 1
+
+
+@njit(cache=True, nogil=True)
+def _number(first, last, kind, starts, node, site):
+    for b in range(first, last):
         for i in range(512):
             k = kind[b, i]
             if k > 0:
                 m = starts[b, k - 1]
                 starts[b, k - 1] += 1
-                node[b, i] = m
+                node[512 * b + i] = m
                 site[m] = 512 * b + i
-
-
-@njit(cache=True, parallel=True)
-def _neighbours(node, site, around, bricks, mirrored, neighbours):
-    for m in prange(neighbours.shape[0]):
-        b = site[m] // 512
-        i = site[m] % 512
-        x, y, z = i // 64, i // 8 % 8, i % 8
-        floor = mirrored and bricks[b, 2] == 0
-        neighbours[m, 0] = node_at(node, around, floor, b, x - 1, y, z)
-        neighbours[m, 1] = node_at(node, around, floor, b, x + 1, y, z)
-        neighbours[m, 2] = node_at(node, around, floor, b, x, y - 1, z)
-        neighbours[m, 3] = node_at(node, around, floor, b, x, y + 1, z)
-        neighbours[m, 4] = node_at(node, around, floor, b, x, y, z - 1)
-        neighbours[m, 5] = node_at(node, around, floor, b, x, y, z + 1)

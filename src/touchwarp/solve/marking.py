@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from touchwarp.solve.ghosts import extend_inwards
+from touchwarp.solve.ghosts import extended_inwards
 from touchwarp.solve.multigrid import Stage
 from touchwarp.solve.problem import Problem
 from touchwarp.solve.refine import indicate, octant_of
@@ -112,8 +112,7 @@ class Marker:
         points = sample_points(stage, samples)
         terms = problem.blend.terms(points, problem.boundary.owner[samples.triangle])
         problem.blend.apply(goal, terms, data, normal_lanes)
-        values = stage.u.astype(np.float64)
-        extend_inwards(stage, region, values, normal_lanes)
+        values = extended_inwards(stage, region, normal_lanes)
         over = misfit(stage, samples, goal, values, lane_scale) > (MISFIT * SAFETY * self.tolerance)
         if tube is not None:
             which = np.flatnonzero(over)

@@ -6,7 +6,9 @@ the full approximation scheme's, so that all levels together solve one composite
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +19,8 @@ from touchwarp.solve.boundary import Boundary
 from touchwarp.solve.cuts import BrickTriangles, Cuts, cut_edges, sieve_triangles
 from touchwarp.solve.frame import CELLS, Frame
 from touchwarp.solve.interface import Interface, make_interface
-from touchwarp.solve.level import Level, make_level
-from touchwarp.solve.stencil import LANES, Stencils, make_stencils
+from touchwarp.solve.level import LOCAL, Level, make_level
+from touchwarp.solve.stencil import LANES, Equation, Stencils, make_stencils
 from touchwarp.solve.threads import share
 
 Lanes = NDArray[np.float32]
@@ -28,35 +30,53 @@ SWEEPS = 2
 
 COARSEST_SWEEPS = 12
 
+_NO_LANES = np.empty((0, LANES), np.float32)
+
 
 @dataclass(eq=False)
 class Stage:
     """A level with its geometry, its equation and its unknowns.
 
     Attributes:
-        covered: inner nodes (fine, coarse) that coincide with the coarser level's inner nodes.
         interface: how the rim follows from the coarser level; None where it lies on the outer box.
         floor: nodes on the sliding plane.
-        u, f, r, before: (n, 4) float32, unknowns in m, right-hand side, residual, and the values
-            that the finer level's correction is counted from.
+        u: (n, 4) float32, unknowns in m.
+        slot, source: the right-hand side f, for the bricks where it is not 0; see `Equation`.
         boundary: (k, 4) g's part of each cut row; `cut_values`: (c, 4) g at each cut.
-        rim_constant: (rim, 4) g's part of the rim values.
+        rim_constant: (rim, 4) g's part of the rim values beside surfaces.
     """
 
     level: Level
     triangles: BrickTriangles
     cuts: Cuts
     stencils: Stencils
-    covered: tuple[NDArray[np.int32], NDArray[np.int32]]
     interface: Interface | None
     floor: NDArray[np.int32]
     u: Lanes
-    f: Lanes
-    r: Lanes
-    before: Lanes
-    boundary: Lanes = field(default_factory=lambda: np.empty((0, LANES), np.float32))
-    cut_values: Lanes = field(default_factory=lambda: np.empty((0, LANES), np.float32))
-    rim_constant: Lanes = field(default_factory=lambda: np.empty((0, LANES), np.float32))
+    slot: NDArray[np.int32]
+    source: Lanes = field(default_factory=lambda: _NO_LANES)
+    boundary: Lanes = field(default_factory=lambda: _NO_LANES)
+    cut_values: Lanes = field(default_factory=lambda: _NO_LANES)
+    rim_constant: Lanes = field(default_factory=lambda: _NO_LANES)
+
+    @property
+    def equation(self) -> Equation:
+        """The level's equation for compiled loops."""
+        rows = self.stencils
+        return Equation(
+            self.cuts.row,
+            rows.rows,
+            rows.axis_weights,
+            rows.screening,
+            self.boundary,
+            self.slot,
+            self.source,
+        )
+
+    def set_covered(self, bricks: NDArray[np.bool_]) -> None:
+        """Say which bricks (b,) a finer level covers, in part or wholly; f is 0 until it tells."""
+        self.slot = np.where(bricks, np.cumsum(bricks) - 1, -1).astype(np.int32)
+        self.source = np.zeros((LOCAL * int(bricks.sum()), LANES), np.float32)
 
 
 class Multigrid:
@@ -69,6 +89,7 @@ class Multigrid:
         self.screening = screening
         self.stages: list[Stage] = []
         self.floor_zero = np.zeros(LANES, np.bool_)
+        self._scratch = _NO_LANES
         halvings = 0
         while (frame.root_cells % 2 ** (halvings + 1) == 0).all() and (
             frame.root_cells >> (halvings + 1) >= 2
@@ -78,22 +99,24 @@ class Multigrid:
             cells = frame.root_cells >> -depth
             blocks = [np.arange(-(-c // 8)) for c in cells]
             bricks = np.stack(np.meshgrid(*blocks, indexing="ij"), axis=-1).reshape(-1, 3)
-            self.stages.append(self._make_stage(depth, cells, bricks))
+            self._add_stage(depth, cells, bricks)
         self.root = halvings
 
     def refine(self, bricks: NDArray[np.int64]) -> Stage:
         """Add a level with the given bricks (b, 3); it starts with u = 0."""
         depth = self.stages[-1].level.depth + 1
-        self.stages.append(self._make_stage(depth, self.frame.root_cells << depth, bricks))
+        self._add_stage(depth, self.frame.root_cells << depth, bricks)
         return self.stages[-1]
 
-    def drop_finest(self) -> Stage:
-        """Take the finest level away."""
-        return self.stages.pop()
+    def drop_from(self, i: int) -> list[Stage]:
+        """Take level i and all finer ones away; the one before has its own equation again."""
+        dropped = self.stages[i:]
+        del self.stages[i:]
+        self.stages[-1].set_covered(np.zeros(len(self.stages[-1].level.bricks), bool))
+        return dropped
 
-    def _make_stage(self, depth: int, cells: NDArray[np.int64], bricks: NDArray[np.int64]) -> Stage:
+    def _add_stage(self, depth: int, cells: NDArray[np.int64], bricks: NDArray[np.int64]) -> None:
         coarser = self.stages[-1] if self.stages else None
-        share(CELLS**3 * len(bricks))
         level = make_level(
             depth, cells, bricks, coarser.level if coarser else None, mirrored=self.frame.mirrored
         )
@@ -101,25 +124,18 @@ class Multigrid:
         triangles = sieve_triangles(level, corners, faces, coarser.triangles if coarser else None)
         cuts = cut_edges(level, corners, faces, triangles)
         stencils = make_stencils(cuts, self.frame.spacing, self.screening, depth)
-        empty = np.empty(0, np.int32)
-        covered, link = (empty, empty), None
+        link = None
         if coarser is not None:
-            covered = transfer.covered_pairs(
-                level.bricks,
-                level.parent,
-                level.node,
-                level.n_inner,
-                coarser.level.node,
-                coarser.level.n_inner,
-            )
+            coarser.set_covered(transfer.covered_pairs(level, coarser.level)[0])
             if depth > 0:
                 link = make_interface(level, cuts, coarser.level, coarser.cuts)
-        floor = empty
+        floor = np.empty(0, np.int32)
         if level.mirrored:
-            on_floor = (level.bricks[level.site // 512, 2] == 0) & (level.site % 8 == 0)
+            on_floor = (level.bricks[level.site // LOCAL, 2] == 0) & (level.site % CELLS == 0)
             floor = np.flatnonzero(on_floor).astype(np.int32)
-        u, f, r, before = (np.zeros((level.n, LANES), np.float32) for _ in range(4))
-        return Stage(level, triangles, cuts, stencils, covered, link, floor, u, f, r, before)
+        u = np.zeros((level.n, LANES), np.float32)
+        slot = np.full(len(level.bricks), -1, np.int32)
+        self.stages.append(Stage(level, triangles, cuts, stencils, link, floor, u, slot))
 
     def set_screening(self, screening: float) -> None:
         """Change λ (m⁻²) and keep everything else."""
@@ -145,15 +161,11 @@ class Multigrid:
         """
         stage, cuts = self.stages[i], self.stages[i].cuts
         stage.cut_values = np.empty((len(cuts.distance), LANES), np.float32)
-        stencil.values_at_cuts(
-            cuts.triangle, cuts.weights, self.boundary.faces, data, stage.cut_values
-        )
+        stencil.values_at_cuts(cuts, self.boundary.faces, data, stage.cut_values)
         if blend is not None and terms:
             blend.apply(stage.cut_values, terms, data, self.floor_zero)
         stage.boundary = np.empty((len(cuts.node), LANES), np.float32)
-        stencil.gather_boundary(
-            cuts.start, stage.stencils.cut_weight, stage.cut_values, stage.boundary
-        )
+        stencil.gather_boundary(cuts, stage.stencils.cut_weight, stage.cut_values, stage.boundary)
         link = stage.interface
         if link is not None:
             stage.rim_constant = np.empty((len(link.rim), LANES), np.float32)
@@ -174,31 +186,18 @@ class Multigrid:
     def start_from_coarser(self, i: int) -> None:
         """Full multigrid start: level i takes the coarser level's values, by cubic
         interpolation."""
-        fine, coarse = self.stages[i], self.stages[i - 1]
-        share(fine.level.n)
         sign = np.where(self.floor_zero, -1.0, 1.0).astype(np.float32)
-        transfer.prolong_cubic(
-            fine.u,
-            coarse.u,
-            fine.level.bricks,
-            fine.level.parent,
-            fine.level.node,
-            fine.level.n_inner,
-            coarse.level.node,
-            coarse.level.around,
-            coarse.level.bricks,
-            fine.level.mirrored,
-            sign,
-        )
+        self._between(transfer.prolong_cubic, i, self.stages[i - 1].u, sign, self.stages[i].u)
         self._set_rim(i)
 
     def take_values(self, i: int, narrow: Stage) -> None:
         """Level i takes the inner values of a stage of the same depth with fewer bricks."""
-        stage = self.stages[i]
-        there = stage.level.index_of(narrow.level.bricks.astype(np.int64))
-        old, new = narrow.level.node, stage.level.node[there]
-        both = (there[:, None] >= 0) & (old >= 0) & (old < narrow.level.n_inner)
-        stage.u[new[both]] = narrow.u[old[both]]
+        stage, old = self.stages[i], narrow.level
+        there = stage.level.index_of(old.bricks.astype(np.int64))
+        nodes = old.node, old.n_inner, stage.level.node
+        share(
+            transfer.take_inner, len(there), there, *nodes, narrow.u, stage.u, work=LOCAL, even=True
+        )
 
     def cycle(self, i: int | None = None) -> None:
         """One V-cycle from level i (the finest without it) down and back."""
@@ -215,105 +214,72 @@ class Multigrid:
     def smooth(self, i: int, sweeps: int) -> None:
         """Red–black Gauss–Seidel on one level."""
         stage = self.stages[i]
-        level, rows = stage.level, stage.stencils
-        share(level.n)
-        arguments = (
-            stage.u,
-            stage.f,
-            level.neighbours,
-            stage.cuts.row,
-            rows.rows,
-            stage.boundary,
-            rows.axis_weights,
-            rows.screening,
-        )
+        red, inner = stage.level.n_red, stage.level.n_inner
+        given = stage.level.places, stage.equation, stage.u, _NO_LANES
         for _ in range(sweeps):
-            for first, last in ((0, level.n_red), (level.n_red, level.n_inner)):
-                stencil.sweep(*arguments, first, last)
+            for count, offset in ((red, 0), (inner - red, red)):
+                share(stencil.relax, count, offset, *given, even=True)
                 self._hold_floor(stage, stage.u)
 
     def residual(self, i: int) -> Lanes:
-        """Compute a level's residual, (n, 4) m (rows scaled by h²)."""
+        """A level's residual at inner nodes, (n, 4) m (rows scaled by h²), until the next one."""
         stage = self.stages[i]
-        level, rows = stage.level, stage.stencils
-        share(level.n)
-        stencil.residual(
-            stage.u,
-            stage.f,
-            level.neighbours,
-            stage.cuts.row,
-            rows.rows,
-            stage.boundary,
-            rows.axis_weights,
-            rows.screening,
-            stage.r,
-        )
-        self._hold_floor(stage, stage.r)
-        return stage.r
+        result = self._room_for(stage)
+        given = stage.level.places, stage.equation, stage.u, result
+        share(stencil.relax, stage.level.n_inner, 0, *given, even=True)
+        self._hold_floor(stage, result)
+        return result[: stage.level.n_inner]
 
     def coarsen_equation(self, i: int) -> None:
         """Give the coarser level its FAS equation from level i."""
         fine, coarse = self.stages[i], self.stages[i - 1]
-        self.residual(i)
-        under, over = fine.covered
-        transfer.inject(fine.u, coarse.u, coarse.before, under, over)
-        share(fine.level.n)
-        level, rows = fine.level, coarse.stencils
-        transfer.restrict_equation(
-            fine.r,
-            under,
-            over,
-            level.site,
-            level.node,
-            level.around,
-            level.bricks,
-            level.mirrored,
-            level.n_inner,
-            coarse.u,
-            coarse.level.neighbours,
-            coarse.cuts.row,
-            rows.rows,
-            coarse.boundary,
-            rows.axis_weights,
-            rows.screening,
-            self.floor_zero,
-            coarse.f,
-        )
+        self._between(transfer.inject, i, fine.u, coarse.u)
+        residual = self.residual(i)
+        self._between(transfer.restrict_equation, i, residual, coarse.equation, coarse.u)
 
     def correct(self, i: int) -> None:
         """Add the coarser level's change to level i."""
         fine, coarse = self.stages[i], self.stages[i - 1]
-        share(fine.level.n)
-        transfer.prolong_correction(
-            fine.u,
-            coarse.u,
-            coarse.before,
-            fine.level.bricks,
-            fine.level.parent,
-            fine.level.node,
-            fine.level.n_inner,
-            coarse.level.node,
-            coarse.level.around,
-            coarse.level.bricks,
-            fine.level.mirrored,
-        )
+        change = self._room_for(coarse)
+        self._between(transfer.coarse_change, i, fine.u, coarse.u, change)
+        self._between(transfer.prolong_correction, i, change, fine.u)
         self._set_rim(i)
 
+    def release(self) -> None:
+        """Give back the memory that only cycles need."""
+        self._scratch = _NO_LANES
+
+    def _between(self, kernel: Callable[..., Any], i: int, *arguments: Any) -> None:
+        """Run a loop of `transfer` over the bricks of level i."""
+        fine, coarse = self.stages[i].level, self.stages[i - 1].level
+        given = fine.places, coarse.places, *arguments
+        share(kernel, len(fine.bricks), *given, work=LOCAL, even=True)
+
+    def _room_for(self, stage: Stage) -> Lanes:
+        """(n, 4) that the next call may overwrite; one array serves all levels."""
+        if len(self._scratch) < stage.level.n:
+            self._scratch = np.empty((stage.level.n, LANES), np.float32)
+        return self._scratch[: stage.level.n]
+
     def _set_rim(self, i: int) -> None:
-        stage = self.stages[i]
+        stage, coarse = self.stages[i], self.stages[i - 1]
         link = stage.interface
-        if link is not None:
-            interface.set_rim(
-                stage.u,
-                self.stages[i - 1].u,
-                link.rim,
-                link.start,
-                link.length,
-                link.source,
-                link.weight,
-                stage.rim_constant,
-            )
-            self._hold_floor(stage, stage.u)
+        if link is None:
+            return
+        places = stage.level.places, coarse.level.places
+        share(
+            interface.set_plain_rim,
+            len(link.plain),
+            link.plain,
+            *places,
+            coarse.u,
+            stage.u,
+            work=16,
+            even=True,
+        )
+        terms = link.start, link.length, link.source, link.weight, stage.rim_constant
+        share(interface.set_rim, len(link.rim), link.rim, *terms, coarse.u, stage.u, work=16)
+        self._hold_floor(stage, stage.u)
 
     def _hold_floor(self, stage: Stage, values: Lanes) -> None:
         if len(stage.floor) and self.floor_zero.any():

@@ -11,12 +11,14 @@ interpolation from coarse to fine has the nodes it needs.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
-from touchwarp.solve.level import OFFSETS, node_at
+from touchwarp.solve.level import FLOOR, LOCAL, OFFSETS, beside, node_at
 from touchwarp.solve.multigrid import Stage
 from touchwarp.solve.region import Region
+from touchwarp.solve.stencil import LANES
+from touchwarp.solve.threads import share
 
 SMALL = 0.2
 """Second differences over crossings nearer than this are left to the other axes: they amplify the
@@ -39,105 +41,74 @@ def indicate(
     Returns:
         (n_inner,) and (b, 8) float32 m. Nodes on the face of two octants count for both.
     """
-    level, cuts = stage.level, stage.cuts
+    level = stage.level
     value = np.zeros(level.n_inner, np.float32)
-    on_floor = np.zeros(level.n_inner, np.bool_)
-    on_floor[stage.floor[stage.floor < level.n_inner]] = True
-    _indicate_nodes(
-        level.neighbours,
-        cuts.row,
-        cuts.start,
-        cuts.direction,
-        cuts.distance,
-        stage.cut_values,
-        stage.u,
-        region,
-        lane_scale,
-        on_floor,
-        normal_lanes,
-        value,
-    )
+    given = level.places, stage.cuts, stage.cut_values, stage.u, region, lane_scale, normal_lanes
+    share(_indicate_nodes, level.n_inner, *given, value, work=4)
     octants = np.zeros((len(level.bricks), 8), np.float32)
-    _gather_octants(level.node, level.around, level.has_cells, value, octants)
+    share(_gather_octants, len(octants), level.places, level.has_cells, value, octants, work=LOCAL)
     return value, octants
 
 
-@njit(cache=True)
-def _cut_difference(m, axis, neighbours, cuts, u, q):
-    """h² ∂²u along an axis at a node with crossings; 0 where one is too near."""
-    first, end, direction, distance, cut_values = cuts
-    near_minus, near_plus = 1.0, 1.0
-    minus, plus = u[neighbours[m, 2 * axis], q], u[neighbours[m, 2 * axis + 1], q]
-    for k in range(first, end):
-        if direction[k] == 2 * axis:
-            near_minus, minus = distance[k], cut_values[k, q]
-        elif direction[k] == 2 * axis + 1:
-            near_plus, plus = distance[k], cut_values[k, q]
-    if near_minus < SMALL or near_plus < SMALL:
-        return 0.0
-    both = near_minus + near_plus
-    return 2.0 * ((minus - u[m, q]) / (near_minus * both) + (plus - u[m, q]) / (near_plus * both))
-
-
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True)
 def _indicate_nodes(
-    neighbours,
-    row,
-    start,
-    direction,
-    distance,
-    cut_values,
-    u,
-    region,
-    lane_scale,
-    on_floor,
-    normal_lanes,
-    value,
+    first, last, places, cuts, cut_values, u, region, lane_scale, normal_lanes, value
 ):
-    for m in prange(len(value)):
+    node, around, site = places.node, places.around, places.site
+    row, start, direction, distance = cuts.row, cuts.start, cuts.direction, cuts.distance
+    near, weight, difference = np.empty(6), np.empty(6), np.empty(3)
+    beyond, crossing = np.empty(6, np.int64), np.empty(6, np.int64)
+    for m in range(first, last):
         if region[m] != 1:
             continue
+        on_floor = (site[m] & 7) == 0 and around[site[m] >> 9, FLOOR] == 1
+        for d in range(6):
+            beyond[d] = beside(node, around, site[m], d)
+            near[d], weight[d], crossing[d] = 1.0, 1.0, -1
+        r = row[m]
+        if r >= 0:
+            for k in range(start[r], start[r + 1]):
+                near[direction[k]], crossing[direction[k]] = distance[k], k
+            for d in range(6):
+                both = near[d] * (near[d] + near[d ^ 1])
+                weight[d] = 2.0 / both if min(near[d], near[d ^ 1]) >= SMALL else 0.0
         xx = yy = zz = xy = xz = yz = 0.0
-        for q in range(4):
-            if row[m] < 0:
-                twice = 2.0 * u[m, q]
-                x = u[neighbours[m, 0], q] + u[neighbours[m, 1], q] - twice
-                y = u[neighbours[m, 2], q] + u[neighbours[m, 3], q] - twice
-                z = u[neighbours[m, 4], q] + u[neighbours[m, 5], q] - twice
-            else:
-                cuts = start[row[m]], start[row[m] + 1], direction, distance, cut_values
-                x = _cut_difference(m, 0, neighbours, cuts, u, q)
-                y = _cut_difference(m, 1, neighbours, cuts, u, q)
-                z = _cut_difference(m, 2, neighbours, cuts, u, q)
-            if on_floor[m] and normal_lanes[q]:
-                z = 0.0
-            weight = lane_scale[q] * lane_scale[q]
-            xx += weight * x * x
-            yy += weight * y * y
-            zz += weight * z * z
-            xy += weight * x * y
-            xz += weight * x * z
-            yz += weight * y * z
+        for q in range(LANES):
+            for axis in range(3):
+                total = 0.0
+                for d in range(2 * axis, 2 * axis + 2):
+                    k = crossing[d]
+                    end = cut_values[k, q] if k >= 0 else u[beyond[d], q]
+                    total += weight[d] * (end - u[m, q])
+                difference[axis] = lane_scale[q] * total
+            if on_floor and normal_lanes[q]:
+                difference[2] = 0.0
+            dx, dy, dz = difference[0], difference[1], difference[2]
+            xx += dx * dx
+            yy += dy * dy
+            zz += dz * dz
+            xy += dx * dy
+            xz += dx * dz
+            yz += dy * dz
         two = max(xx + yy + 2.0 * xy, xx + zz + 2.0 * xz, yy + zz + 2.0 * yz)
         three = xx + yy + zz + 2.0 * (xy + xz + yz)
-        value[m] = np.sqrt(max(xx, yy, zz, two, three)) / 8.0
+        value[m] = np.sqrt(max(max(xx, yy, zz), max(two, three))) / 8.0
 
 
-@njit(cache=True, parallel=True)
-def _gather_octants(node, around, has_cells, value, octants):
-    for b in prange(len(node)):
+@njit(cache=True, nogil=True)
+def _gather_octants(first, last, places, has_cells, value, octants):
+    node, around = places.node, places.around
+    for b in range(first, last):
         if not has_cells[b]:
             continue
-        for x in range(9):
-            for y in range(9):
-                for z in range(9):
-                    m = node_at(node, around, False, b, x, y, z)
-                    if m < 0 or m >= len(value):
-                        continue
-                    for side in range(8):
-                        i, j, k = side >> 2, side >> 1 & 1, side & 1
-                        if 0 <= x - 4 * i <= 4 and 0 <= y - 4 * j <= 4 and 0 <= z - 4 * k <= 4:
-                            octants[b, side] = max(octants[b, side], value[m])
+        for octant in range(8):
+            x0, y0, z0 = 4 * (octant >> 2), 4 * (octant >> 1 & 1), 4 * (octant & 1)
+            greatest = np.float32(0.0)
+            for i in range(125):
+                m = node_at(node, around, b, x0 + i // 25, y0 + i // 5 % 5, z0 + i % 5)
+                if 0 <= m < len(value):
+                    greatest = max(greatest, value[m])
+            octants[b, octant] = greatest
 
 
 def octant_coordinates(stage: Stage, marked: NDArray[np.bool_]) -> NDArray[np.int64]:

@@ -11,6 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from touchwarp.solve.cuts import cut_along
+from touchwarp.solve.level import beside, octant_start
 from touchwarp.solve.multigrid import Stage
 
 OUTER = -2
@@ -36,18 +37,13 @@ def flood_level(
     if coarser is None or coarser_stage is None:
         region[level.n_inner :] = 2 if outer_present else 1
     else:
-        _copy(
-            level.bricks, level.parent, level.node, coarser_stage.level.node, coarser, region, False
-        )
+        _copy(level.places, coarser_stage.level.places, coarser, region, False)
     return reflood(stage, region, owner)
 
 
 def reflood(stage: Stage, region: Region, owner: NDArray[np.int16]) -> Region:
     """Let what is known spread along uncut edges, and through ∂Ω1 from beyond it."""
-    cuts = stage.cuts
-    _flood(
-        stage.level.neighbours, cuts.row, cuts.start, cuts.direction, cuts.triangle, owner, region
-    )
+    _flood(stage.level.places, stage.cuts, owner, region)
     return region
 
 
@@ -62,56 +58,35 @@ def agree(stages: list[Stage], regions: list[Region], owner: NDArray[np.int16]) 
     while changed:
         changed = False
         for i, up in exchanges:
-            level, coarser = stages[i].level, stages[i - 1].level
-            if _copy(
-                level.bricks,
-                level.parent,
-                level.node,
-                coarser.node,
-                regions[i - 1],
-                regions[i],
-                up,
-            ):
+            places = stages[i].level.places, stages[i - 1].level.places
+            if _copy(*places, regions[i - 1], regions[i], up):
                 to = i - 1 if up else i
                 reflood(stages[to], regions[to], owner)
                 changed = True
 
 
-@njit(cache=True)
-def _shared(bricks, parent, b, x, y, z):
-    """Local index, in the parent brick, of the node at even local coordinates."""
-    return (
-        64 * (4 * (bricks[b, 0] & 1) + x)
-        + 8 * (4 * (bricks[b, 1] & 1) + y)
-        + 4 * (bricks[b, 2] & 1)
-        + z
-    )
-
-
-@njit(cache=True)
-def _copy(bricks, parent, node, coarse_node, coarse_region, region, up):
+@njit(cache=True, nogil=True)
+def _copy(fine, coarse, coarse_region, region, up):
     """Fill what one level does not know of the nodes that both have: the coarser one if `up`."""
+    bricks, parent, node, coarse_node = fine.bricks, fine.parent, fine.node, coarse.node
     changed = False
     for b in range(bricks.shape[0]):
-        if parent[b] < 0:
-            continue
-        for x in range(4):
-            for y in range(4):
-                for z in range(4):
-                    m = node[b, 128 * x + 16 * y + 2 * z]
-                    c = coarse_node[parent[b], _shared(bricks, parent, b, x, y, z)]
-                    if m < 0 or c < 0 or (region[m] == 0) == (coarse_region[c] == 0):
-                        continue
-                    if up and coarse_region[c] == 0:
-                        coarse_region[c] = region[m]
-                        changed = True
-                    elif not up and region[m] == 0:
-                        region[m] = coarse_region[c]
-                        changed = True
+        start = 512 * np.int64(parent[b]) + octant_start(bricks, b)
+        for i in range(64):
+            half = 64 * (i >> 4) + 8 * ((i >> 2) & 3) + (i & 3)
+            m, c = node[512 * b + 2 * half], coarse_node[start + half]
+            if m < 0 or c < 0 or (region[m] == 0) == (coarse_region[c] == 0):
+                continue
+            if up and coarse_region[c] == 0:
+                coarse_region[c] = region[m]
+                changed = True
+            elif not up and region[m] == 0:
+                region[m] = coarse_region[c]
+                changed = True
     return changed
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _passes(row, start, direction, triangle, owner, region, m, k, d):
     """What node k of Ω or beyond makes of its neighbour m, from which k lies in direction d.
 
@@ -126,32 +101,38 @@ def _passes(row, start, direction, triangle, owner, region, m, k, d):
         seen = from_m if from_m >= 0 else from_k
         last = from_k if from_k >= 0 else from_m
         if owner[triangle[seen]] == OUTER and owner[triangle[last]] == OUTER:
-            return 1
-    return 0
+            return np.uint8(1)
+    return np.uint8(0)
 
 
-@njit(cache=True)
-def _flood(neighbours, row, start, direction, triangle, owner, region):
-    n_inner = neighbours.shape[0]
+@njit(cache=True, nogil=True)
+def _flood(places, cuts, owner, region):
+    """Start from what each node's neighbours make of it, and go on with what it makes of others."""
+    node, around, site, n_inner = places.node, places.around, places.site, places.n_inner
+    row, start, direction, triangle = cuts.row, cuts.start, cuts.direction, cuts.triangle
+    lists = start, direction, triangle, owner, region
     stack = np.empty(region.shape[0] + n_inner, np.int32)
     top = 0
-    for m in range(n_inner):
+    for n in range(n_inner):
         for d in range(6):
-            k = neighbours[m, d]
-            if region[m] or not region[k]:
-                continue
-            region[m] = _passes(row, start, direction, triangle, owner, region, m, k, d)
-        if region[m]:
-            stack[top] = m
+            if region[n]:
+                break
+            k = beside(node, around, site[n], d)
+            if region[k]:
+                plain = row[n] < 0 and row[k] < 0
+                region[n] = region[k] if plain else _passes(row, *lists, n, k, d)
+        if region[n]:
+            stack[top] = n
             top += 1
     while top > 0:
         top -= 1
         k = stack[top]
         for d in range(6):
-            m = neighbours[k, d]
+            m = beside(node, around, site[k], d)
             if region[m]:
                 continue
-            region[m] = _passes(row, start, direction, triangle, owner, region, m, k, d ^ 1)
+            plain = row[m] < 0 and row[k] < 0
+            region[m] = region[k] if plain else _passes(row, *lists, m, k, d ^ 1)
             if region[m] and m < n_inner:
                 stack[top] = m
                 top += 1

@@ -9,12 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from touchwarp.solve.boundary import Boundary
-from touchwarp.solve.level import node_at
-from touchwarp.solve.multigrid import Stage
+from touchwarp.solve.level import LOCAL, node_at
+from touchwarp.solve.multigrid import Lanes, Stage
+from touchwarp.solve.stencil import LANES
+from touchwarp.solve.threads import share
 
 PER_CELL = 3
 """Samples along a cell's side, for the fit."""
@@ -25,17 +27,28 @@ class Samples:
     """Surface samples in the cells of one level that no finer level covers, sorted by cell.
 
     Attributes:
-        cell: (s,) int64, 512 · brick + 64x + 8y + z.
+        cell: (s,) int32, 512 · brick + 64x + 8y + z.
         place: (s, 3) float32, position in the cell, 0..1.
         weight: (s,) float32, area in units of a cell's face.
         triangle: (s,) int32; barycentric: (s, 2) float32, weights of its first two corners.
     """
 
-    cell: NDArray[np.int64]
+    cell: NDArray[np.int32]
     place: NDArray[np.float32]
     weight: NDArray[np.float32]
     triangle: NDArray[np.int32]
     barycentric: NDArray[np.float32]
+
+    @classmethod
+    def empty(cls, count: int) -> Samples:
+        """Room for so many."""
+        return cls(
+            np.empty(count, np.int32),
+            np.empty((count, 3), np.float32),
+            np.empty(count, np.float32),
+            np.empty(count, np.int32),
+            np.empty((count, 2), np.float32),
+        )
 
 
 def sample_surfaces(
@@ -45,98 +58,77 @@ def sample_surfaces(
 
     There are `per_cell` along a cell's side.
     """
-    level = stage.level
-    start = np.zeros(len(level.bricks) + 1, np.int64)
+    level, lists = stage.level, stage.triangles
+    bricks = np.flatnonzero((np.diff(lists.start) > 0) & leaf.any(axis=1)).astype(np.int32)
     scale = 2.0**level.depth
-    fixed = (
-        level.bricks,
-        leaf,
-        boundary.corners,
-        boundary.faces,
-        scale,
-        per_cell,
-        stage.triangles.start,
-        stage.triangles.index,
-    )
-    empty = Samples(
-        np.empty(0, np.int64),
-        np.empty((0, 3), np.float32),
-        np.empty(0, np.float32),
-        np.empty(0, np.int32),
-        np.empty((0, 2), np.float32),
-    )
-    _sample(*fixed, start, empty.cell, empty.place, empty.weight, empty.triangle, empty.barycentric)
+    surfaces = boundary.corners, boundary.faces, scale, lists.start, lists.index
+    start = np.zeros(len(bricks) + 1, np.int64)
+
+    def fill(s: Samples) -> None:
+        out = s.cell, s.place, s.weight, s.triangle, s.barycentric
+        share(
+            _sample,
+            len(bricks),
+            bricks,
+            level.bricks,
+            leaf,
+            *surfaces,
+            per_cell,
+            start,
+            *out,
+            work=LOCAL,
+        )
+
+    fill(Samples.empty(0))
     np.cumsum(start, out=start)
-    n = int(start[-1])
-    if n == 0:
-        return empty
-    s = Samples(
-        np.empty(n, np.int64),
-        np.empty((n, 3), np.float32),
-        np.empty(n, np.float32),
-        np.empty(n, np.int32),
-        np.empty((n, 2), np.float32),
-    )
-    _sample(*fixed, start, s.cell, s.place, s.weight, s.triangle, s.barycentric)
+    s = Samples.empty(int(start[-1]))
+    if len(s.cell):
+        fill(s)
     order = np.argsort(s.cell, kind="stable")
     return Samples(
         s.cell[order], s.place[order], s.weight[order], s.triangle[order], s.barycentric[order]
     )
 
 
-def goal_at_samples(
-    samples: Samples, boundary: Boundary, data: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """(s, C): boundary data (v, C) at samples."""
-    corner = boundary.faces[samples.triangle]
-    weight = samples.barycentric.astype(np.float64)
-    last = data[corner[:, 2]]
-    values = last + weight[:, :1] * (data[corner[:, 0]] - last)
-    values += weight[:, 1:] * (data[corner[:, 1]] - last)
-    return np.asarray(values)
+def goal_at_samples(samples: Samples, boundary: Boundary, data: NDArray[np.float64]) -> Lanes:
+    """(s, 4): boundary data (v, 4) at samples."""
+    values = np.empty((len(samples.cell), LANES), np.float32)
+    given = samples.triangle, samples.barycentric, boundary.faces, data
+    share(_goal, len(values), *given, values, even=True)
+    return values
 
 
 def sample_points(stage: Stage, samples: Samples) -> NDArray[np.float64]:
     """(s, 3) root-grid coordinates of samples."""
-    brick, local = np.divmod(samples.cell, 512)
+    brick, local = np.divmod(samples.cell, LOCAL)
     corner = np.stack([local // 64, local // 8 % 8, local % 8], axis=1)
     where = stage.level.bricks[brick] * 8.0 + corner + samples.place
     return np.asarray(where / 2.0**stage.level.depth)
 
 
 def misfit(
-    stage: Stage,
-    samples: Samples,
-    goal: NDArray[np.float64],
-    values: NDArray[np.float64],
-    lane_scale: NDArray[np.float32],
-) -> NDArray[np.float64]:
+    stage: Stage, samples: Samples, goal: Lanes, values: Lanes, lane_scale: NDArray[np.float32]
+) -> NDArray[np.float32]:
     """(s,) m: |trilinear interpolant of the node values (n, 4) - goal (s, 4)|, lanes weighted."""
-    level = stage.level
-    result = np.empty(len(samples.cell))
-    _misfit(
-        samples.cell,
-        samples.place,
-        level.node,
-        level.around,
-        goal,
-        values,
-        lane_scale.astype(np.float64),
-        result,
-    )
+    result = np.empty(len(samples.cell), np.float32)
+    given = samples.cell, samples.place, stage.level.places, goal, values, lane_scale
+    share(_misfit, len(result), *given, result, work=8, even=True)
     return result
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True, nogil=True)
 def _sample(
+    first,
+    last,
     bricks,
+    corner_of,
     leaf,
     corners,
     faces,
     scale,
-    per_cell,
     tri_start,
     tri_index,
+    per_cell,
     start,
     out_cell,
     out_place,
@@ -144,41 +136,43 @@ def _sample(
     out_triangle,
     out_barycentric,
 ):
+    """Count the samples of bricks first..last, or write them where there is room."""
     counting = out_cell.shape[0] == 0
     pitch = 1.0 / per_cell
-    for brick in prange(bricks.shape[0]):
-        if tri_start[brick] == tri_start[brick + 1] or not leaf[brick].any():
-            continue
-        p = np.empty((3, 3))
-        count = 0
+    lowest, highest, at = np.empty(3, np.int64), np.empty(3, np.int64), np.empty(3)
+    p, normal = np.empty((3, 3)), np.empty(3)
+    for own in range(first, last):
+        brick = bricks[own]
+        count = 0 if counting else start[own]
         for t in range(tri_start[brick], tri_start[brick + 1]):
             triangle = tri_index[t]
-            for v in range(3):
-                for d in range(3):
-                    p[v, d] = corners[faces[triangle, v], d] * scale - 8.0 * bricks[brick, d]
-            normal = np.cross(p[1] - p[0], p[2] - p[0])
-            axis = np.argmax(np.abs(normal))
-            if abs(normal[axis]) < 1e-14:
-                continue
-            b, c = (axis + 1) % 3, (axis + 2) % 3
+            for d in range(3):
+                for v in range(3):
+                    p[v, d] = corners[faces[triangle, v], d] * scale - 8.0 * corner_of[brick, d]
+                least = min(p[0, d], p[1, d], p[2, d]) * per_cell - 0.5
+                most = max(p[0, d], p[1, d], p[2, d]) * per_cell - 0.5
+                lowest[d] = max(int(np.ceil(least)), 0)
+                highest[d] = min(int(np.floor(most)), 8 * per_cell - 1)
+            axis, square = 0, 0.0
+            for d in range(3):
+                i, j = (d + 1) % 3, (d + 2) % 3
+                normal[d] = (p[1, i] - p[0, i]) * (p[2, j] - p[0, j])
+                normal[d] -= (p[1, j] - p[0, j]) * (p[2, i] - p[0, i])
+                square += normal[d] * normal[d]
+                if abs(normal[d]) > abs(normal[axis]):
+                    axis = d
             area = normal[axis]
-            weight = pitch * pitch * np.sqrt((normal * normal).sum()) / abs(area)
-            first_b = max(int(np.ceil(p[:, b].min() * per_cell - 0.5)), 0)
-            last_b = min(int(np.floor(p[:, b].max() * per_cell - 0.5)), 8 * per_cell - 1)
-            first_c = max(int(np.ceil(p[:, c].min() * per_cell - 0.5)), 0)
-            last_c = min(int(np.floor(p[:, c].max() * per_cell - 0.5)), 8 * per_cell - 1)
-            at = np.empty(3)
-            for i in range(first_b, last_b + 1):
-                for j in range(first_c, last_c + 1):
+            if abs(area) < 1e-14:
+                continue
+            weight = pitch * pitch * np.sqrt(square) / abs(area)
+            b, c = (axis + 1) % 3, (axis + 2) % 3
+            for i in range(lowest[b], highest[b] + 1):
+                for j in range(lowest[c], highest[c] + 1):
                     at[b], at[c] = (i + 0.5) * pitch, (j + 0.5) * pitch
-                    w0 = (
-                        (p[1, b] - at[b]) * (p[2, c] - at[c])
-                        - (p[2, b] - at[b]) * (p[1, c] - at[c])
-                    ) / area
-                    w1 = (
-                        (p[2, b] - at[b]) * (p[0, c] - at[c])
-                        - (p[0, b] - at[b]) * (p[2, c] - at[c])
-                    ) / area
+                    b0, b1, b2 = p[0, b] - at[b], p[1, b] - at[b], p[2, b] - at[b]
+                    c0, c1, c2 = p[0, c] - at[c], p[1, c] - at[c], p[2, c] - at[c]
+                    w0 = (b1 * c2 - b2 * c1) / area
+                    w1 = (b2 * c0 - b0 * c2) / area
                     w2 = 1.0 - w0 - w1
                     if w0 < 0.0 or w1 < 0.0 or w2 < 0.0:
                         continue
@@ -189,35 +183,49 @@ def _sample(
                     if not leaf[brick, 4 * (x // 4) + 2 * (y // 4) + z // 4]:
                         continue
                     if not counting:
-                        k = start[brick] + count
-                        out_cell[k] = 512 * brick + 64 * x + 8 * y + z
-                        out_place[k, 0], out_place[k, 1] = at[0] - x, at[1] - y
-                        out_place[k, 2] = at[2] - z
-                        out_weight[k] = weight
-                        out_triangle[k] = triangle
-                        out_barycentric[k, 0], out_barycentric[k, 1] = w0, w1
+                        out_cell[count] = 512 * brick + 64 * x + 8 * y + z
+                        out_place[count, 0], out_place[count, 1] = at[0] - x, at[1] - y
+                        out_place[count, 2] = at[2] - z
+                        out_weight[count] = weight
+                        out_triangle[count] = triangle
+                        out_barycentric[count, 0], out_barycentric[count, 1] = w0, w1
                     count += 1
         if counting:
-            start[brick + 1] = count
+            start[own + 1] = count
 
 
-@njit(cache=True, parallel=True)
-def _misfit(cell, place, node, around, goal, values, lane_scale, result):
-    for s in prange(len(cell)):
-        b, local = cell[s] // 512, cell[s] % 512
-        x, y, z = local // 64, local // 8 % 8, local % 8
-        gap = goal[s].copy()
-        for c in range(8):
-            weight = (
-                (place[s, 0] if c >> 2 else 1.0 - place[s, 0])
-                * (place[s, 1] if c >> 1 & 1 else 1.0 - place[s, 1])
-                * (place[s, 2] if c & 1 else 1.0 - place[s, 2])
+@njit(cache=True, nogil=True)
+def _goal(first, last, triangle, barycentric, faces, data, values):
+    for s in range(first, last):
+        t = triangle[s]
+        for q in range(LANES):
+            rest = data[faces[t, 2], q]
+            values[s, q] = (
+                rest
+                + barycentric[s, 0] * (data[faces[t, 0], q] - rest)
+                + barycentric[s, 1] * (data[faces[t, 1], q] - rest)
             )
-            m = node_at(node, around, False, b, x + (c >> 2), y + (c >> 1 & 1), z + (c & 1))
+
+
+@njit(cache=True, nogil=True)
+def _misfit(first, last, cell, place, places, goal, values, lane_scale, result):
+    node, around = places.node, places.around
+    gap = np.empty(LANES)
+    for s in range(first, last):
+        b, local = np.int64(cell[s] >> 9), cell[s] & 511
+        x, y, z = local >> 6, (local >> 3) & 7, local & 7
+        for q in range(LANES):
+            gap[q] = goal[s, q]
+        for c in range(8):
+            i, j, k = c >> 2, (c >> 1) & 1, c & 1
+            weight = place[s, 0] if i else 1.0 - place[s, 0]
+            weight *= place[s, 1] if j else 1.0 - place[s, 1]
+            weight *= place[s, 2] if k else 1.0 - place[s, 2]
+            m = node_at(node, around, b, x + i, y + j, z + k)
             if m >= 0:
-                for q in range(len(gap)):
+                for q in range(LANES):
                     gap[q] -= weight * values[m, q]
         square = 0.0
-        for q in range(len(gap)):
+        for q in range(LANES):
             square += (lane_scale[q] * gap[q]) ** 2
         result[s] = np.sqrt(square)

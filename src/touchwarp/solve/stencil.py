@@ -8,12 +8,14 @@ Rows are scaled by h², h the shortest side of a cell: Σ w_d (u_d - u) - λh² 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from touchwarp.solve.cuts import Cuts
+from touchwarp.solve.level import FLOOR
 
 LANES = 4
 """Right-hand sides solved together: one 128-bit lane of float32."""
@@ -37,6 +39,26 @@ class Stencils:
     cut_weight: NDArray[np.float32]
 
 
+class Equation(NamedTuple):
+    """A level's equation for compiled loops.
+
+    Attributes:
+        row, rows, axis_weights, screening: as in `Cuts` and `Stencils`.
+        boundary: (k, 4) float32, g's part of each cut row.
+        slot: (b,) int32, a brick's rows of 512 in `source`, or -1 where f = 0 on all its nodes.
+        source: (512 · s, 4) float32, f: what the finer level replaces the equation by, where it
+            covers this one.
+    """
+
+    row: NDArray[np.int32]
+    rows: NDArray[np.float32]
+    axis_weights: NDArray[np.float32]
+    screening: np.float32
+    boundary: NDArray[np.float32]
+    slot: NDArray[np.int32]
+    source: NDArray[np.float32]
+
+
 def make_stencils(
     cuts: Cuts, spacing: NDArray[np.float64], screening: float, depth: int
 ) -> Stencils:
@@ -46,37 +68,36 @@ def make_stencils(
     level_screening = screening * (h / 2.0**depth) ** 2
     rows = np.zeros((len(cuts.node), 7), np.float32)
     cut_weight = np.zeros(len(cuts.distance), np.float32)
-    _assemble(
-        cuts.start, cuts.direction, cuts.distance, axis_weights, level_screening, rows, cut_weight
-    )
+    _assemble(cuts, axis_weights, level_screening, rows, cut_weight)
     return Stencils(axis_weights.astype(np.float32), np.float32(level_screening), rows, cut_weight)
 
 
-@njit(cache=True)
-def _assemble(start, direction, distance, axis_weights, screening, rows, cut_weight):
+@njit(cache=True, nogil=True)
+def _assemble(cuts, axis_weights, screening, rows, cut_weight):
     theta = np.empty(6)
     for r in range(rows.shape[0]):
-        theta[:] = 1.0
-        for k in range(start[r], start[r + 1]):
-            theta[direction[k]] = distance[k]
+        for d in range(6):
+            theta[d] = 1.0
+        for k in range(cuts.start[r], cuts.start[r + 1]):
+            theta[cuts.direction[k]] = cuts.distance[k]
         diagonal = screening
         for d in range(6):
             weight = 2.0 * axis_weights[d // 2] / (theta[d] * (theta[d] + theta[d ^ 1]))
             rows[r, d] = weight
             diagonal += weight
         rows[r, 6] = diagonal
-        for k in range(start[r], start[r + 1]):
-            cut_weight[k] = rows[r, direction[k]]
-        for k in range(start[r], start[r + 1]):
-            rows[r, direction[k]] = 0.0
+        for k in range(cuts.start[r], cuts.start[r + 1]):
+            cut_weight[k] = rows[r, cuts.direction[k]]
+        for k in range(cuts.start[r], cuts.start[r + 1]):
+            rows[r, cuts.direction[k]] = 0.0
 
 
-@njit(cache=True)
-def values_at_cuts(triangle, weights, faces, data, values):
+@njit(cache=True, nogil=True)
+def values_at_cuts(cuts, faces, data, values):
     """g's lanes at each cut: the triangle's corner data, linearly."""
-    for k in range(triangle.shape[0]):
-        t = triangle[k]
-        w0, w1 = weights[k, 0], weights[k, 1]
+    for k in range(values.shape[0]):
+        t = cuts.triangle[k]
+        w0, w1 = cuts.weights[k, 0], cuts.weights[k, 1]
         for q in range(LANES):
             values[k, q] = (
                 w0 * data[faces[t, 0], q]
@@ -85,91 +106,97 @@ def values_at_cuts(triangle, weights, faces, data, values):
             )
 
 
-@njit(cache=True)
-def gather_boundary(start, cut_weight, values, boundary):
+@njit(cache=True, nogil=True)
+def gather_boundary(cuts, cut_weight, values, boundary):
     """The boundary term of each cut row: Σ weight · g over its cuts."""
     for r in range(boundary.shape[0]):
         for q in range(LANES):
-            boundary[r, q] = 0.0
-        for k in range(start[r], start[r + 1]):
-            for q in range(LANES):
-                boundary[r, q] += cut_weight[k] * values[k, q]
+            total = np.float32(0.0)
+            for k in range(cuts.start[r], cuts.start[r + 1]):
+                total += cut_weight[k] * values[k, q]
+            boundary[r, q] = total
 
 
-@njit(cache=True, parallel=True, fastmath=True)
-def sweep(u, f, neighbours, row, rows, boundary, axis_weights, screening, first, last):
-    """Gauss–Seidel over nodes first..last, which must be of one colour."""
-    wx, wy, wz = axis_weights[0], axis_weights[1], axis_weights[2]
-    inverse = np.float32(1.0) / (np.float32(2.0) * (wx + wy + wz) + screening)
-    for m in prange(first, last):
-        r = row[m]
-        a, b, c = neighbours[m, 0], neighbours[m, 1], neighbours[m, 2]
-        d, e, g = neighbours[m, 3], neighbours[m, 4], neighbours[m, 5]
-        if r < 0:
-            for q in range(LANES):
-                u[m, q] = (
-                    wx * (u[a, q] + u[b, q])
-                    + wy * (u[c, q] + u[d, q])
-                    + wz * (u[e, q] + u[g, q])
-                    + f[m, q]
-                ) * inverse
+@njit(cache=True, nogil=True, fastmath=True)
+def relax(first, last, offset, places, equation, u, result):
+    """Gauss–Seidel over nodes offset + first..last, of one colour, into u; or their residual.
+
+    The residual is what `result` (n, 4) receives, unless it is empty; cut rows are scaled to the
+    plain rows' diagonal. Sums are written out, and indices unsigned, for the compiler to see that
+    four lanes are one vector and no index is counted from the end.
+    """
+    node, around, site = places.node.view(np.uint32), places.around, places.site
+    row, rows, boundary = equation.row, equation.rows, equation.boundary
+    slot, source = equation.slot, equation.source
+    wx, wy, wz = equation.axis_weights[0], equation.axis_weights[1], equation.axis_weights[2]
+    diagonal = np.float32(2.0) * (wx + wy + wz) + equation.screening
+    inverse, smoothing = np.float32(1.0) / diagonal, len(result) == 0
+    for m in range(np.uint32(offset + first), np.uint32(offset + last)):
+        s = np.int64(site[m])
+        brick, local = s >> 9, s & 511
+        # the same place in the brick beyond, where the neighbour is not in this one
+        if s & 448:
+            a = node[s - 64]
         else:
-            own = np.float32(1.0) / rows[r, 6]
-            for q in range(LANES):
-                u[m, q] = (
-                    rows[r, 0] * u[a, q]
-                    + rows[r, 1] * u[b, q]
-                    + rows[r, 2] * u[c, q]
-                    + rows[r, 3] * u[d, q]
-                    + rows[r, 4] * u[e, q]
-                    + rows[r, 5] * u[g, q]
-                    + boundary[r, q]
-                    + f[m, q]
-                ) * own
+            a = node[512 * np.int64(around[brick, 4]) + local + 448]
+        if (s & 448) < 448:
+            b = node[s + 64]
+        else:
+            b = node[512 * np.int64(around[brick, 22]) + local - 448]
+        if s & 56:
+            c = node[s - 8]
+        else:
+            c = node[512 * np.int64(around[brick, 10]) + local + 56]
+        if (s & 56) < 56:
+            d = node[s + 8]
+        else:
+            d = node[512 * np.int64(around[brick, 16]) + local - 56]
+        if s & 7:
+            e = node[s - 1]
+        elif around[brick, FLOOR] == 1:
+            e = node[s + 1]
+        else:
+            e = node[512 * np.int64(around[brick, 12]) + local + 7]
+        if (s & 7) < 7:
+            g = node[s + 1]
+        else:
+            g = node[512 * np.int64(around[brick, 14]) + local - 7]
+        r = row[m]
+        own, scale = diagonal, inverse
+        if r < 0:
+            s0 = wx * (u[a, 0] + u[b, 0]) + wy * (u[c, 0] + u[d, 0]) + wz * (u[e, 0] + u[g, 0])
+            s1 = wx * (u[a, 1] + u[b, 1]) + wy * (u[c, 1] + u[d, 1]) + wz * (u[e, 1] + u[g, 1])
+            s2 = wx * (u[a, 2] + u[b, 2]) + wy * (u[c, 2] + u[d, 2]) + wz * (u[e, 2] + u[g, 2])
+            s3 = wx * (u[a, 3] + u[b, 3]) + wy * (u[c, 3] + u[d, 3]) + wz * (u[e, 3] + u[g, 3])
+        else:
+            own = rows[r, 6]
+            scale = np.float32(1.0) / own
+            s0, s1, s2, s3 = boundary[r, 0], boundary[r, 1], boundary[r, 2], boundary[r, 3]
+            s0 += rows[r, 0] * u[a, 0] + rows[r, 1] * u[b, 0] + rows[r, 2] * u[c, 0]
+            s1 += rows[r, 0] * u[a, 1] + rows[r, 1] * u[b, 1] + rows[r, 2] * u[c, 1]
+            s2 += rows[r, 0] * u[a, 2] + rows[r, 1] * u[b, 2] + rows[r, 2] * u[c, 2]
+            s3 += rows[r, 0] * u[a, 3] + rows[r, 1] * u[b, 3] + rows[r, 2] * u[c, 3]
+            s0 += rows[r, 3] * u[d, 0] + rows[r, 4] * u[e, 0] + rows[r, 5] * u[g, 0]
+            s1 += rows[r, 3] * u[d, 1] + rows[r, 4] * u[e, 1] + rows[r, 5] * u[g, 1]
+            s2 += rows[r, 3] * u[d, 2] + rows[r, 4] * u[e, 2] + rows[r, 5] * u[g, 2]
+            s3 += rows[r, 3] * u[d, 3] + rows[r, 4] * u[e, 3] + rows[r, 5] * u[g, 3]
+        if slot[brick] >= 0:
+            f = 512 * np.int64(slot[brick]) + local
+            s0 += source[f, 0]
+            s1 += source[f, 1]
+            s2 += source[f, 2]
+            s3 += source[f, 3]
+        if smoothing:
+            u[m, 0], u[m, 1], u[m, 2], u[m, 3] = scale * s0, scale * s1, scale * s2, scale * s3
+        else:
+            scale *= diagonal
+            result[m, 0] = scale * (s0 - own * u[m, 0])
+            result[m, 1] = scale * (s1 - own * u[m, 1])
+            result[m, 2] = scale * (s2 - own * u[m, 2])
+            result[m, 3] = scale * (s3 - own * u[m, 3])
 
 
-@njit(cache=True, fastmath=True, inline="always")
-def row_residual(u, neighbours, row, rows, boundary, axis_weights, diagonal, m, out):
-    """Boundary term - (A u) in the row of inner node m, scaled to the plain rows' diagonal."""
-    wx, wy, wz = axis_weights[0], axis_weights[1], axis_weights[2]
-    r = row[m]
-    a, b, c = neighbours[m, 0], neighbours[m, 1], neighbours[m, 2]
-    d, e, g = neighbours[m, 3], neighbours[m, 4], neighbours[m, 5]
-    if r < 0:
-        for q in range(LANES):
-            out[q] = (
-                wx * (u[a, q] + u[b, q])
-                + wy * (u[c, q] + u[d, q])
-                + wz * (u[e, q] + u[g, q])
-                - diagonal * u[m, q]
-            )
-    else:
-        scale = diagonal / rows[r, 6]
-        for q in range(LANES):
-            out[q] = scale * (
-                rows[r, 0] * u[a, q]
-                + rows[r, 1] * u[b, q]
-                + rows[r, 2] * u[c, q]
-                + rows[r, 3] * u[d, q]
-                + rows[r, 4] * u[e, q]
-                + rows[r, 5] * u[g, q]
-                + boundary[r, q]
-                - rows[r, 6] * u[m, q]
-            )
-
-
-@njit(cache=True, parallel=True, fastmath=True)
-def residual(u, f, neighbours, row, rows, boundary, axis_weights, screening, result):
-    """The residual at every inner node; cut rows are scaled to the plain rows' diagonal."""
-    diagonal = np.float32(2.0) * axis_weights.sum() + screening
-    for m in prange(neighbours.shape[0]):
-        row_residual(u, neighbours, row, rows, boundary, axis_weights, diagonal, m, result[m])
-        scale = np.float32(1.0) if row[m] < 0 else diagonal / rows[row[m], 6]
-        for q in range(LANES):
-            result[m, q] += scale * f[m, q]
-
-
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def hold_floor(u, nodes, lanes):
     """Set the lanes that vanish on the sliding plane to zero there."""
     for i in range(nodes.shape[0]):

@@ -1,150 +1,145 @@
 """Between two levels: injection, full weighting of the residual, trilinear and cubic prolongation.
 
-All work brick by brick: the coarse values a brick needs are gathered into a small dense block once.
+All work brick by brick: what a brick needs of the other level is gathered into a small dense block
+once.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
+from numpy.typing import NDArray
 
-from touchwarp.solve.level import node_at
-from touchwarp.solve.stencil import LANES, row_residual
+from touchwarp.solve.level import FLOOR, LOCAL, Level, beside, node_at, octant_start
+from touchwarp.solve.stencil import LANES
 
-
-@njit(cache=True)
-def covered_pairs(bricks, parent, node, n_inner, coarse_node, coarse_n_inner):
-    """Fine inner nodes at even coordinates and the coarse inner nodes they coincide with."""
-    count = 0
-    for pass_ in range(2):
-        if pass_ == 1:
-            fine = np.empty(count, np.int32)
-            coarse = np.empty(count, np.int32)
-            count = 0
-        for b in range(bricks.shape[0]):
-            x0, y0, z0 = 4 * (bricks[b, 0] & 1), 4 * (bricks[b, 1] & 1), 4 * (bricks[b, 2] & 1)
-            for x in range(4):
-                for y in range(4):
-                    for z in range(4):
-                        m = node[b, 128 * x + 16 * y + 2 * z]
-                        if m < 0 or m >= n_inner:
-                            continue
-                        c = coarse_node[parent[b], 64 * (x0 + x) + 8 * (y0 + y) + z0 + z]
-                        if c < 0 or c >= coarse_n_inner:
-                            continue
-                        if pass_ == 1:
-                            fine[count] = m
-                            coarse[count] = c
-                        count += 1
-    return fine, coarse
+_HALF = np.array([64 * x + 8 * y + z for x in range(4) for y in range(4) for z in range(4)])
+"""Local numbers of the coarse nodes in an octant; twice that, of the fine nodes in their place."""
 
 
-@njit(cache=True, parallel=True)
-def inject(fine_u, coarse_u, coarse_before, fine, coarse):
-    """Coarse values take the fine ones where covered; all are kept for the correction."""
-    for i in prange(fine.shape[0]):
-        for q in range(LANES):
-            coarse_u[coarse[i], q] = fine_u[fine[i], q]
-    for m in prange(coarse_u.shape[0]):
-        for q in range(LANES):
-            coarse_before[m, q] = coarse_u[m, q]
+def covered_pairs(
+    fine: Level, coarse: Level
+) -> tuple[NDArray[np.bool_], NDArray[np.int32], NDArray[np.int32]]:
+    """Inner nodes of a level that coincide with inner nodes of the coarser one.
+
+    Returns:
+        Which coarse bricks have such nodes, (b,); and the pairs: (k,) fine and (k,) coarse nodes.
+    """
+    under = fine.node[:, 2 * _HALF]
+    octant = 4 * (fine.bricks & 1) @ np.array([64, 8, 1])
+    over = coarse.node[fine.parent[:, None], octant[:, None] + _HALF]
+    both = (under >= 0) & (under < fine.n_inner) & (over >= 0) & (over < coarse.n_inner)
+    bricks = np.zeros(len(coarse.bricks), bool)
+    bricks[fine.parent[both.any(axis=1)]] = True
+    return bricks, under[both], over[both]
 
 
-@njit(cache=True, parallel=True, fastmath=True)
-def restrict_equation(
-    fine_r,
-    fine,
-    coarse,
-    site,
-    node,
-    around,
-    bricks,
-    mirrored,
-    n_inner,
-    coarse_u,
-    coarse_neighbours,
-    coarse_row,
-    coarse_rows,
-    coarse_boundary,
-    axis_weights,
-    screening,
-    floor_zero,
-    coarse_f,
-):
-    """FAS right-hand side where covered: f_c = L_c(I u) + R r."""
-    diagonal = np.float32(2.0) * axis_weights.sum() + screening
-    for i in prange(fine.shape[0]):
-        m, c = fine[i], coarse[i]
-        b = site[m] // 512
-        x, y, z = site[m] % 512 // 64, site[m] % 64 // 8, site[m] % 8
-        floor = mirrored and bricks[b, 2] == 0
-        s0 = s1 = s2 = s3 = np.float32(0.0)
-        for dx in range(-1, 2):
-            for dy in range(-1, 2):
-                for dz in range(-1, 2):
-                    k = node_at(node, around, floor, b, x + dx, y + dy, z + dz)
-                    if 0 <= k < n_inner:
-                        weight = np.float32(0.5 / (1 << (abs(dx) + abs(dy) + abs(dz))))
-                        s0 += weight * fine_r[k, 0]
-                        s1 += weight * fine_r[k, 1]
-                        s2 += weight * fine_r[k, 2]
-                        s3 += weight * fine_r[k, 3]
-        own = coarse_f[c]
-        row_residual(
-            coarse_u,
-            coarse_neighbours,
-            coarse_row,
-            coarse_rows,
-            coarse_boundary,
-            axis_weights,
-            diagonal,
-            c,
-            own,
-        )
-        if floor and z == 0:
+@njit(cache=True, nogil=True)
+def inject(first, last, fine, coarse, fine_u, coarse_u):
+    """Coarse values take the fine ones where they are covered, for fine bricks first..last."""
+    bricks, parent, node, coarse_node = fine.bricks, fine.parent, fine.node, coarse.node
+    for b in range(first, last):
+        start = 512 * np.int64(parent[b]) + octant_start(bricks, b)
+        for i in range(64):
+            half = 64 * (i >> 4) + 8 * ((i >> 2) & 3) + (i & 3)
+            m, c = node[512 * b + 2 * half], coarse_node[start + half]
+            if 0 <= m < fine.n_inner and 0 <= c < coarse.n_inner:
+                for q in range(LANES):
+                    coarse_u[c, q] = fine_u[m, q]
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def restrict_equation(first, last, fine, coarse, fine_r, equation, coarse_u):
+    """FAS right-hand side where fine bricks first..last cover: f_c = L_c(I u) + R r.
+
+    `equation` is the coarse level's; its `source` is written.
+    """
+    bricks, parent, node, around = fine.bricks, fine.parent, fine.node, fine.around
+    coarse_node, coarse_around = coarse.node, coarse.around
+    row, rows, boundary = equation.row, equation.rows, equation.boundary
+    slots, source, weights = equation.slot, equation.source, equation.axis_weights
+    diagonal = np.float32(2.0) * (weights[0] + weights[1] + weights[2]) + equation.screening
+    block = np.empty((9, 9, 9, LANES), np.float32)
+    total = np.empty(LANES, np.float32)
+    for b in range(first, last):
+        start = 512 * np.int64(parent[b]) + octant_start(bricks, b)
+        slot = np.int64(slots[parent[b]])
+        if slot < 0:
+            continue
+        for x in range(9):
+            for y in range(9):
+                for z in range(9):
+                    m = node_at(node, around, b, x - 1, y - 1, z - 1)
+                    inner = 0 <= m < fine.n_inner
+                    for q in range(LANES):
+                        block[x, y, z, q] = fine_r[m, q] if inner else np.float32(0.0)
+        for i in range(64):
+            x, y, z = i >> 4, (i >> 2) & 3, i & 3
+            half = 64 * x + 8 * y + z
+            m, c = node[512 * b + 2 * half], coarse_node[start + half]
+            if not (0 <= m < fine.n_inner and 0 <= c < coarse.n_inner):
+                continue
             for q in range(LANES):
-                if floor_zero[q]:
-                    own[q] = np.float32(0.0)
-        r = coarse_row[c]
-        scale = np.float32(1.0) if r < 0 else coarse_rows[r, 6] / diagonal
-        own[0] = scale * (s0 - own[0])
-        own[1] = scale * (s1 - own[1])
-        own[2] = scale * (s2 - own[2])
-        own[3] = scale * (s3 - own[3])
+                total[q] = 0.0
+            for dx in range(3):
+                for dy in range(3):
+                    for dz in range(3):
+                        weight = np.float32(0.5 / (1 << ((dx != 1) + (dy != 1) + (dz != 1))))
+                        for q in range(LANES):
+                            total[q] += weight * block[2 * x + dx, 2 * y + dy, 2 * z + dz, q]
+            r = row[c]
+            own = diagonal if r < 0 else rows[r, 6]
+            for q in range(LANES):
+                total[q] = own * (total[q] / diagonal + coarse_u[c, q])
+                if r >= 0:
+                    total[q] -= boundary[r, q]
+            for d in range(6):
+                k = beside(coarse_node, coarse_around, start + half, d)
+                weight = weights[d >> 1] if r < 0 else rows[r, d]
+                for q in range(LANES):
+                    total[q] -= weight * coarse_u[k, q]
+            for q in range(LANES):
+                source[512 * slot + ((start + half) & 511), q] = total[q]
 
 
-@njit(cache=True, parallel=True, fastmath=True)
-def prolong_correction(
-    fine_u,
-    coarse_u,
-    coarse_before,
-    bricks,
-    parent,
-    node,
-    n_inner,
-    coarse_node,
-    coarse_around,
-    coarse_bricks,
-    mirrored,
-):
-    """Add the trilinear interpolant of the coarse change to the fine inner nodes."""
-    for b in prange(bricks.shape[0]):
-        block = np.zeros((5, 5, 5, LANES), np.float32)
-        p = parent[b]
-        floor = mirrored and coarse_bricks[p, 2] == 0
+@njit(cache=True, nogil=True)
+def coarse_change(first, last, fine, coarse, fine_u, coarse_u, change):
+    """What a coarse solve has changed, at the nodes that fine bricks first..last have as well.
+
+    The fine level still holds what the coarse one started from.
+    """
+    bricks, parent, node, coarse_node = fine.bricks, fine.parent, fine.node, coarse.node
+    for b in range(first, last):
+        start = 512 * np.int64(parent[b]) + octant_start(bricks, b)
+        for i in range(64):
+            half = 64 * (i >> 4) + 8 * ((i >> 2) & 3) + (i & 3)
+            m, c = node[512 * b + 2 * half], coarse_node[start + half]
+            if m >= 0 and c >= 0:
+                for q in range(LANES):
+                    change[c, q] = coarse_u[c, q] - fine_u[m, q]
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def prolong_correction(first, last, fine, coarse, change, fine_u):
+    """Add the trilinear interpolant of the coarse change to the inner nodes of fine bricks."""
+    bricks, parent, node = fine.bricks, fine.parent, fine.node
+    coarse_node, coarse_around = coarse.node, coarse.around
+    block = np.zeros((5, 5, 5, LANES), np.float32)
+    for b in range(first, last):
+        p = np.int64(parent[b])
         x0, y0, z0 = 4 * (bricks[b, 0] & 1), 4 * (bricks[b, 1] & 1), 4 * (bricks[b, 2] & 1)
         for x in range(5):
             for y in range(5):
                 for z in range(5):
-                    c = node_at(coarse_node, coarse_around, floor, p, x0 + x, y0 + y, z0 + z)
+                    c = node_at(coarse_node, coarse_around, p, x0 + x, y0 + y, z0 + z)
                     if c >= 0:
                         for q in range(LANES):
-                            block[x, y, z, q] = coarse_u[c, q] - coarse_before[c, q]
+                            block[x, y, z, q] = change[c, q]
         for x in range(8):
             for y in range(8):
                 for z in range(8):
-                    m = node[b, 64 * x + 8 * y + z]
-                    if m < 0 or m >= n_inner:
+                    m = node[512 * b + 64 * x + 8 * y + z]
+                    if m < 0 or m >= fine.n_inner:
                         continue
                     a, d, e = x >> 1, y >> 1, z >> 1
                     i, j, k = a + (x & 1), d + (y & 1), e + (z & 1)
@@ -161,77 +156,65 @@ def prolong_correction(
                         )
 
 
-@njit(cache=True, parallel=True, fastmath=True)
-def prolong_cubic(
-    fine_u,
-    coarse_u,
-    bricks,
-    parent,
-    node,
-    n_inner,
-    coarse_node,
-    coarse_around,
-    coarse_bricks,
-    mirrored,
-    floor_sign,
-):
-    """Set the fine inner nodes to the coarse values, cubic where the coarse nodes are all there."""
-    for b in prange(bricks.shape[0]):
-        block = np.zeros((7, 7, 7, LANES), np.float32)
-        p = parent[b]
-        floor = mirrored and coarse_bricks[p, 2] == 0
+@njit(cache=True, nogil=True, fastmath=True)
+def prolong_cubic(first, last, fine, coarse, coarse_u, floor_sign, fine_u):
+    """Set the inner nodes of fine bricks to the coarse values, cubic where these are all there.
+
+    `floor_sign` (4,) is -1 for lanes that are odd across the sliding plane.
+    """
+    bricks, parent, node = fine.bricks, fine.parent, fine.node
+    coarse_node, coarse_around = coarse.node, coarse.around
+    line = np.empty((7, LANES), np.float32)
+    block = np.zeros((LOCAL, LANES), np.float32)
+    for b in range(first, last):
+        p = np.int64(parent[b])
         x0, y0, z0 = 4 * (bricks[b, 0] & 1), 4 * (bricks[b, 1] & 1), 4 * (bricks[b, 2] & 1)
         whole = True
         for x in range(7):
             for y in range(7):
                 for z in range(7):
-                    c = node_at(
-                        coarse_node, coarse_around, floor, p, x0 + x - 1, y0 + y - 1, z0 + z - 1
-                    )
-                    if c < 0:
-                        whole = False
-                    else:
-                        below = floor and z0 + z < 1
-                        for q in range(LANES):
-                            sign = floor_sign[q] if below else np.float32(1.0)
-                            block[x, y, z, q] = sign * coarse_u[c, q]
+                    c = node_at(coarse_node, coarse_around, p, x0 + x - 1, y0 + y - 1, z0 + z - 1)
+                    whole = whole and c >= 0
+                    under = z0 + z < 1 and coarse_around[p, FLOOR] == 1
+                    for q in range(LANES):
+                        value = coarse_u[c, q] if c >= 0 else np.float32(0.0)
+                        block[64 * x + 8 * y + z, q] = value * floor_sign[q] if under else value
         near = np.float32(9.0 / 16.0) if whole else np.float32(0.5)
         far = np.float32(-1.0 / 16.0) if whole else np.float32(0.0)
-        along_z = np.empty((7, 7, 8, LANES), np.float32)
-        for x in range(7):
-            for y in range(7):
-                for z in range(8):
-                    k = 1 + (z >> 1)
-                    for q in range(LANES):
-                        if z & 1:
-                            along_z[x, y, z, q] = near * (
-                                block[x, y, k, q] + block[x, y, k + 1, q]
-                            ) + far * (block[x, y, k - 1, q] + block[x, y, k + 2, q])
-                        else:
-                            along_z[x, y, z, q] = block[x, y, k, q]
-        along_y = np.empty((7, 8, 8, LANES), np.float32)
-        for x in range(7):
-            for y in range(8):
-                k = 1 + (y >> 1)
-                for z in range(8):
-                    for q in range(LANES):
-                        if y & 1:
-                            along_y[x, y, z, q] = near * (
-                                along_z[x, k, z, q] + along_z[x, k + 1, z, q]
-                            ) + far * (along_z[x, k - 1, z, q] + along_z[x, k + 2, z, q])
-                        else:
-                            along_y[x, y, z, q] = along_z[x, k, z, q]
-        for x in range(8):
-            k = 1 + (x >> 1)
-            for y in range(8):
-                for z in range(8):
-                    m = node[b, 64 * x + 8 * y + z]
-                    if m < 0 or m >= n_inner:
-                        continue
-                    for q in range(LANES):
-                        if x & 1:
-                            fine_u[m, q] = near * (
-                                along_y[k, y, z, q] + along_y[k + 1, y, z, q]
-                            ) + far * (along_y[k - 1, y, z, q] + along_y[k + 2, y, z, q])
-                        else:
-                            fine_u[m, q] = along_y[k, y, z, q]
+        # along z, y, x in turn: seven values become eight
+        for axis in range(3):
+            step = 1 << 3 * axis
+            other, third = (8 if axis == 2 else 64), (8 if axis == 0 else 1)
+            for i in range(8 if axis == 2 else 7):
+                for j in range(7 if axis == 0 else 8):
+                    at = other * i + third * j
+                    for k in range(7):
+                        for q in range(LANES):
+                            line[k, q] = block[at + step * k, q]
+                    for k in range(4):
+                        for q in range(LANES):
+                            block[at + step * 2 * k, q] = line[k + 1, q]
+                            block[at + step * (2 * k + 1), q] = near * (
+                                line[k + 1, q] + line[k + 2, q]
+                            ) + far * (line[k, q] + line[k + 3, q])
+        for local in range(LOCAL):
+            m = node[512 * b + local]
+            if 0 <= m < fine.n_inner:
+                for q in range(LANES):
+                    fine_u[m, q] = block[local, q]
+
+
+@njit(cache=True, nogil=True)
+def take_inner(first, last, there, narrow_node, n_inner, node, narrow_u, u):
+    """Copy inner nodes' values between levels of one depth, for the narrower one's bricks.
+
+    `there` (b,) is each brick's number in the wider level, or -1.
+    """
+    for b in range(first, last):
+        if there[b] < 0:
+            continue
+        for local in range(LOCAL):
+            old, new = narrow_node[b, local], node[there[b], local]
+            if 0 <= old < n_inner:
+                for q in range(LANES):
+                    u[new, q] = narrow_u[old, q]

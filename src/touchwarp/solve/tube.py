@@ -9,7 +9,9 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from touchwarp.solve.cuts import cut_along
 from touchwarp.solve.frame import Frame
+from touchwarp.solve.level import beside
 from touchwarp.solve.multigrid import Stage
 from touchwarp.solve.region import Region
 
@@ -41,11 +43,10 @@ class Tube:
     ) -> float:
         """m: the greatest of a field's errors in Ω outside the tube; 0 where all are below `least`.
 
-        `errors` has (n, 4) m for each stage.
+        `errors` has (n,) m for each stage.
         """
         worst = 0.0
-        for stage, region, error in zip(stages, regions, errors, strict=True):
-            size = np.sqrt((error[:, :3] ** 2).sum(axis=1))
+        for stage, region, size in zip(stages, regions, errors, strict=True):
             nodes = np.flatnonzero((region == 1) & (size > least))
             if stage.level.depth < 0 or len(nodes) == 0:
                 continue
@@ -59,9 +60,7 @@ class Tube:
         cuts = finest.cuts
         if len(cuts.node) == 0:
             return self
-        thin = _thin(
-            finest.level.neighbours, cuts.row, cuts.node, cuts.start, cuts.direction, region
-        )
+        thin = _thin(finest.level.places, cuts, region)
         nodes = cuts.node[thin]
         if len(nodes) == 0:
             return self
@@ -69,27 +68,27 @@ class Tube:
         return Tube(np.concatenate([self.points, frame.to_scene(coordinates)]), self.radius)
 
 
-@njit(cache=True)
-def _thin(neighbours, row, node, start, direction, region):
+@njit(cache=True, nogil=True)
+def _thin(places, cuts, region):
     """Nodes in Ω whose edge is cut though its other end is in Ω, or whose wall has one node."""
-    result = np.zeros(len(node), np.bool_)
-    for r in range(len(node)):
-        m = node[r]
-        if m >= neighbours.shape[0]:
+    node, around, site = places.node, places.around, places.site
+    row, start, direction = cuts.row, cuts.start, cuts.direction
+    result = np.zeros(len(cuts.node), np.bool_)
+    for r in range(len(cuts.node)):
+        m = cuts.node[r]
+        if m >= places.n_inner:
             continue
-        seen = 0
-        for k in range(start[r], start[r + 1]):
-            d = direction[k]
-            seen |= 1 << d
-            if region[m] == 1 and region[neighbours[m, d]] == 1:
-                result[r] = True
-        if region[m] == 0:
-            for axis in range(3):
-                both = 3 << (2 * axis)
+        if region[m] == 1:
+            for k in range(start[r], start[r + 1]):
+                if region[beside(node, around, site[m], direction[k])] == 1:
+                    result[r] = True
+        elif region[m] == 0:
+            for d in range(0, 6, 2):
                 if (
-                    seen & both == both
-                    and region[neighbours[m, 2 * axis]] == 1
-                    and region[neighbours[m, 2 * axis + 1]] == 1
+                    cut_along(row, start, direction, m, d) >= 0
+                    and cut_along(row, start, direction, m, d + 1) >= 0
+                    and region[beside(node, around, site[m], d)] == 1
+                    and region[beside(node, around, site[m], d + 1)] == 1
                 ):
                     result[r] = True
     return result

@@ -21,8 +21,9 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from touchwarp.errors import GoalError
+from touchwarp.solve.threads import pool, threads
 from touchwarp.warp.bricks import Bricks
-from touchwarp.warp.lookup import Lookup, frame_of, pool, threads
+from touchwarp.warp.lookup import Lookup, frame_of
 from touchwarp.warp.meta import Outline, WarpMeta
 from touchwarp.warp.posed import rigid
 from touchwarp.warp.protocol import Inverse

@@ -5,19 +5,18 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
-from numpy.typing import NDArray
+from numba import njit
 
 from touchwarp.solve.frame import Frame
 from touchwarp.solve.interface import hanging_values
-from touchwarp.solve.level import node_at
+from touchwarp.solve.level import LOCAL, node_at
+from touchwarp.solve.multigrid import Lanes
+from touchwarp.solve.threads import share
 from touchwarp.warp.bricks import NODES, Bricks
 from touchwarp.warp.table_grid import TableGrid
 
-Values = NDArray[np.float64]
 
-
-def round_and_hang(grid: TableGrid, values: list[Values]) -> None:
+def round_and_hang(grid: TableGrid, fields: list[list[Lanes]]) -> None:
     """Make the table continuous, in place: rim nodes take the coarser level's trilinear value.
 
     Values are rounded first to a step that leaves two binary places of float32 free, so that means
@@ -25,17 +24,21 @@ def round_and_hang(grid: TableGrid, values: list[Values]) -> None:
 
     Args:
         grid: the table's bricks.
-        values: for each level, (n, C) float64 m.
+        fields: for each field and each level, (n, 4) m.
     """
-    largest = max(float(np.abs(v).max(initial=0.0)) for v in values)
-    step = 2.0 ** (math.ceil(math.log2(largest)) - 22) if largest > 0.0 else 1.0
-    for i, v in enumerate(values):
-        np.rint(v / step, out=v)
-        v *= step
-        hang(grid, i, values)
+    levels = [v for values in fields for v in values]
+    largest = max(float(max(v.max(initial=0.0), -v.min(initial=0.0))) for v in levels)
+    step = np.float32(2.0 ** (math.ceil(math.log2(largest)) - 22) if largest > 0.0 else 1.0)
+    for values in fields:
+        for i, v in enumerate(values):
+            # exact, as the step is a power of two
+            v /= step
+            np.rint(v, out=v)
+            v *= step
+            hang(grid, i, values)
 
 
-def hang(grid: TableGrid, i: int, values: list[Values]) -> None:
+def hang(grid: TableGrid, i: int, values: list[Lanes]) -> None:
     """Set level i's hanging nodes to the coarser level's trilinear interpolant, in place."""
     if i == 0:
         return
@@ -43,13 +46,16 @@ def hang(grid: TableGrid, i: int, values: list[Values]) -> None:
     values[i][grid.rim[i]] = hanging_values(level, over, grid.rim[i], values[i - 1])
 
 
-def bricks_of(frame: Frame, grid: TableGrid, values: list[Values], depth: float) -> Bricks:
+def bricks_of(
+    frame: Frame, grid: TableGrid, fields: list[list[Lanes]], lanes: int, depth: float
+) -> Bricks:
     """The table of node values that agree on shared faces.
 
     Args:
         frame: the solver's frame.
         grid: the table's bricks.
-        values: for each level, (n, C) m, table axes.
+        fields: for each field and each level, (n, 4) m, table axes.
+        lanes: how many lanes of each field the table takes; they become its channels.
         depth: m, depth of the space under the sliding plane, if the frame is mirrored.
     """
     stages = grid.stages
@@ -66,19 +72,15 @@ def bricks_of(frame: Frame, grid: TableGrid, values: list[Values], depth: float)
         child[first[i - 1] + rank[level.parent[fine]], octant] = first[i] + np.arange(len(fine))
     stored = np.asarray((child < 0).any(axis=1))
     slot = np.where(stored, np.cumsum(stored) - 1, -1).astype(np.int32)
-    channels = values[0].shape[1]
+    channels = len(fields) * lanes
     table = np.zeros((int(stored.sum()), NODES, NODES, NODES, channels), np.float32)
     for i, stage in enumerate(stages):
         keep = stored[first[i] : first[i + 1]]
         level = stage.level
-        _gather(
-            cell_bricks[i][keep],
-            slot[first[i] : first[i + 1]][keep],
-            level.node,
-            level.around,
-            values[i],
-            table,
-        )
+        chosen = cell_bricks[i][keep].astype(np.int32), slot[first[i] : first[i + 1]][keep]
+        for k, values in enumerate(fields):
+            target = values[i], lanes * k, lanes * (k + 1), table
+            share(_gather, len(chosen[0]), *chosen, level.places, *target, work=LOCAL, even=True)
     root = np.full(frame.root_bricks, -1, np.int32)
     where = stages[0].level.bricks[cell_bricks[0]]
     root[tuple(where.T)] = np.arange(counts[0])
@@ -93,13 +95,16 @@ def bricks_of(frame: Frame, grid: TableGrid, values: list[Values], depth: float)
     )
 
 
-@njit(cache=True, parallel=True)
-def _gather(bricks, slots, node, around, values, table):
-    for i in prange(len(bricks)):
-        for x in range(9):
-            for y in range(9):
-                for z in range(9):
-                    m = node_at(node, around, False, bricks[i], x, y, z)
+@njit(cache=True, nogil=True)
+def _gather(first, last, bricks, slots, places, values, channel, end, table):
+    """Copy lanes of node values to the channels channel..end of the table's rows."""
+    node, around = places.node, places.around
+    for i in range(first, last):
+        brick, row = np.int64(bricks[i]), slots[i]
+        for x in range(NODES):
+            for y in range(NODES):
+                for z in range(NODES):
+                    m = node_at(node, around, brick, x, y, z)
                     if m >= 0:
-                        for q in range(values.shape[1]):
-                            table[slots[i], x, y, z, q] = values[m, q]
+                        for q in range(channel, end):
+                            table[row, x, y, z, q] = values[m, q - channel]

@@ -17,20 +17,19 @@ from numba import njit
 from numpy.typing import NDArray
 
 from touchwarp.solve.frame import Frame
-from touchwarp.solve.level import node_at
+from touchwarp.solve.level import node_at, octant_start
+from touchwarp.solve.multigrid import Lanes
 from touchwarp.solve.region import Region
 from touchwarp.solve.samples import Samples
 from touchwarp.solve.stencil import LANES
 from touchwarp.solve.tube import Tube
-from touchwarp.warp.fit_system import FitSystem, make_system
+from touchwarp.warp.fit_system import MASTERS, FitSystem, make_system
 from touchwarp.warp.table_grid import TableGrid
 
 TIE_BEHIND = 1e-3
 TIE_IN_TUBE = 0.01
 """κ, in units of one cell face of surface: a misfit that only such nodes can mend is left to about
 κ."""
-
-Real = NDArray[np.float64]
 
 
 @dataclass(eq=False)
@@ -39,20 +38,24 @@ class Fit:
 
     Attributes:
         samples: for each stage.
-        cells: for each stage, (c, 8) int64 nodes at the corners (4x + 2y + z) of cells with
-            samples; -1 where u is fixed.
-        starts: for each stage, (c + 1,) first sample of each cell.
-        numbers: for each stage, (n,) int32: number of each node among the unknowns, or -1.
+        starts: for each stage, (c + 1,) first sample of each cell with samples.
+        corners: for each stage, (c, 8) int32 nodes at the corners (4x + 2y + z) of these cells; -1
+            where u is fixed.
+        unknowns: for each stage, (c, 8) int32 their numbers among the unknowns, or -1.
+        free: for each stage, the nodes that are unknowns, in order of their numbers.
         system: the normal equations.
     """
 
     samples: list[Samples]
-    cells: list[NDArray[np.int64]]
     starts: list[NDArray[np.int64]]
-    numbers: list[NDArray[np.int32]]
+    corners: list[NDArray[np.int32]]
+    unknowns: list[NDArray[np.int32]]
+    free: list[NDArray[np.int32]]
     system: FitSystem
 
-    def apply(self, values: list[Real], goals: list[Real], normal_lanes: NDArray[np.bool_]) -> None:
+    def apply(
+        self, values: list[Lanes], goals: list[Lanes], normal_lanes: NDArray[np.bool_]
+    ) -> None:
         """Adjust node values to meet g, in place.
 
         Args:
@@ -65,39 +68,13 @@ class Fit:
         """
         rhs = np.zeros((self.system.count, LANES))
         for i, sample in enumerate(self.samples):
-            _add_rhs(
-                self.starts[i],
-                sample.place,
-                sample.weight,
-                goals[i],
-                self.cells[i],
-                self.numbers[i],
-                values[i],
-                rhs,
-            )
+            cells = self.starts[i], self.corners[i], self.unknowns[i]
+            _add_rhs(*cells, sample.place, sample.weight, goals[i], values[i], rhs)
         change = self.system.solve(rhs, normal_lanes)
-        for numbers, v in zip(self.numbers, values, strict=True):
-            nodes = np.flatnonzero(numbers >= 0)
-            v[nodes] += change[numbers[nodes]]
-
-    def residuals(
-        self, values: list[Real], goals: list[Real], lane_scale: NDArray[np.float32]
-    ) -> list[Real]:
-        """For each stage, (s,) m: |table - g| at its samples, lanes weighted by (4,) to metres."""
-        result = []
-        for i, sample in enumerate(self.samples):
-            size = np.empty(len(sample.cell))
-            _residuals(
-                self.starts[i],
-                sample.place,
-                goals[i],
-                self.cells[i],
-                values[i],
-                lane_scale.astype(np.float64),
-                size,
-            )
-            result.append(size)
-        return result
+        first = 0
+        for nodes, v in zip(self.free, values, strict=True):
+            v[nodes] += change[first : first + len(nodes)]
+            first += len(nodes)
 
 
 def make_fit(
@@ -111,151 +88,125 @@ def make_fit(
         tube: where nodes in Ω may give way to contact.
     """
     stages = grid.stages
-    starts, cells = [], []
+    starts, corners = [], []
     for stage, sample in zip(stages, samples, strict=True):
         first = np.flatnonzero(np.diff(sample.cell, prepend=-1))
         starts.append(np.append(first, len(sample.cell)).astype(np.int64))
-        cells.append(_cell_corners(sample.cell[first], stage.level.node, stage.level.around))
-    wanted = [np.unique(c[c >= 0]) for c in cells]
-    links: list[tuple[int, NDArray[np.int64], NDArray[np.int64]]] = []
+        corners.append(_cell_corners(sample.cell[first], stage.level.places))
+    wanted = [np.unique(c[c >= 0]) for c in corners]
+    rims: list[NDArray[np.int32]] = [np.empty(0, np.int32)]
+    masters: list[NDArray[np.int32]] = [np.empty((0, MASTERS), np.int32)]
     for i in range(len(stages) - 1, 0, -1):
-        level, over = stages[i].level, stages[i - 1].level
         rim = np.intersect1d(wanted[i], grid.rim[i], assume_unique=True)
-        masters = np.full((len(rim), 4), -1, np.int64)
-        _masters(rim, level.site, level.bricks, level.parent, over.node, over.around, masters)
-        links.append((i, rim, masters))
-        wanted[i - 1] = np.union1d(wanted[i - 1], masters[masters >= 0])
-    numbers, behind, floors, ties = [], [], [], []
-    count = 0
+        found = np.full((len(rim), MASTERS), -1, np.int32)
+        _masters(rim, stages[i].level.places, stages[i - 1].level.places, found)
+        rims.insert(1, rim)
+        masters.insert(1, found)
+        wanted[i - 1] = np.union1d(wanted[i - 1], found[found >= 0])
+    free, unknowns, behind, floors, hanging, mastering = [], [], [], [], [], []
+    count, coarser = 0, np.empty(0, np.int32)
     for i, stage in enumerate(stages):
         level = stage.level
-        free = np.zeros(level.n, bool)
-        free[: level.n_inner] = True
-        free[grid.rim[i]] = True
-        nodes = wanted[i][free[wanted[i]]]
         hangs = np.zeros(level.n, bool)
         hangs[grid.rim[i]] = True
+        nodes = wanted[i][(wanted[i] < level.n_inner) | hangs[wanted[i]]]
         where = frame.to_scene(level.coordinates(nodes) / 2.0**level.depth)
-        nodes = nodes[(regions[i][nodes] != 1) | hangs[nodes] | tube.contains(where)]
+        outside = regions[i][nodes] != 1
+        nodes = nodes[outside | hangs[nodes] | tube.contains(where)]
         number = np.full(level.n, -1, np.int32)
         number[nodes] = count + np.arange(len(nodes), dtype=np.int32)
-        numbers.append(number)
         count += len(nodes)
+        free.append(nodes)
+        unknowns.append(np.where(corners[i] >= 0, number[corners[i]], -1).astype(np.int32))
         behind.append(regions[i][nodes] != 1)
-        ties.append(np.where(behind[-1], TIE_BEHIND, TIE_IN_TUBE))
-        on_floor = np.zeros(level.n, bool)
-        on_floor[stage.floor] = True
-        floors.append(on_floor[nodes])
-    hanging = np.concatenate([numbers[i][rim] for i, rim, _ in links] or [np.empty(0, np.int32)])
-    master = np.concatenate(
-        [np.where(m >= 0, numbers[i - 1][m], -1) for i, _, m in links]
-        or [np.empty((0, 4), np.int32)]
+        floors.append(np.isin(nodes, stage.floor))
+        hanging.append(number[rims[i]])
+        mastering.append(
+            np.where(masters[i] >= 0, coarser[masters[i]], -1).astype(np.int32) if i else masters[i]
+        )
+        coarser = number
+    gram = np.concatenate(
+        [_gram(first, s.place, s.weight) for first, s in zip(starts, samples, strict=True)]
     )
-    share = np.concatenate([1.0 / (m >= 0).sum(axis=1) for _, _, m in links] or [np.empty(0)])
-    unknowns, grams = [], []
-    for i, sample in enumerate(samples):
-        corner = np.where(cells[i] >= 0, numbers[i][cells[i]], -1).astype(np.int32)
-        gram = np.zeros((len(corner), 8, 8))
-        _add_gram(starts[i], sample.place, sample.weight, gram)
-        unknowns.append(corner)
-        grams.append(gram)
+    is_behind = np.concatenate(behind)
     system = make_system(
         count,
         np.concatenate(unknowns),
-        np.concatenate(grams),
-        np.concatenate(ties),
-        np.concatenate(behind),
-        np.concatenate(floors),
-        hanging.astype(np.int32),
-        master.astype(np.int32),
-        share,
+        gram,
+        np.where(is_behind, TIE_BEHIND, TIE_IN_TUBE),
+        is_behind,
+        np.flatnonzero(np.concatenate(floors)).astype(np.int32),
+        np.concatenate(hanging),
+        np.concatenate(mastering),
+        np.concatenate([1.0 / (m >= 0).sum(axis=1) for m in masters]),
     )
-    return Fit(samples, cells, starts, numbers, system)
+    return Fit(samples, starts, corners, unknowns, free, system)
 
 
-@njit(cache=True)
-def _cell_corners(cell, node, around):
-    result = np.full((len(cell), 8), -1, np.int64)
+@njit(cache=True, nogil=True)
+def _cell_corners(cell, places):
+    node, around = places.node, places.around
+    result = np.empty((len(cell), 8), np.int32)
     for i in range(len(cell)):
-        b, local = cell[i] // 512, cell[i] % 512
-        x, y, z = local // 64, local // 8 % 8, local % 8
+        b, local = np.int64(cell[i] >> 9), cell[i] & 511
+        x, y, z = local >> 6, (local >> 3) & 7, local & 7
         for c in range(8):
-            result[i, c] = node_at(
-                node, around, False, b, x + (c >> 2), y + (c >> 1 & 1), z + (c & 1)
-            )
+            result[i, c] = node_at(node, around, b, x + (c >> 2), y + (c >> 1 & 1), z + (c & 1))
     return result
 
 
-@njit(cache=True)
-def _masters(rim, site, bricks, parent, coarse_node, coarse_around, masters):
+@njit(cache=True, nogil=True)
+def _masters(rim, fine, coarse, masters):
+    """The coarser level's nodes that a hanging node is the mean of: one, two or four."""
+    bricks, parent, site = fine.bricks, fine.parent, fine.site
+    node, around = coarse.node, coarse.around
     for i in range(len(rim)):
-        b = site[rim[i]] // 512
-        local = site[rim[i]] % 512
-        x, y, z = local // 64, local // 8 % 8, local % 8
+        b, local = site[rim[i]] >> 9, site[rim[i]] & 511
+        x, y, z = local >> 6, (local >> 3) & 7, local & 7
+        start, p = octant_start(bricks, b), np.int64(parent[b])
+        x0, y0, z0 = (start >> 6) + (x >> 1), ((start >> 3) & 7) + (y >> 1), (start & 7) + (z >> 1)
         k = 0
         for dx in range(1 + (x & 1)):
             for dy in range(1 + (y & 1)):
                 for dz in range(1 + (z & 1)):
-                    masters[i, k] = node_at(
-                        coarse_node,
-                        coarse_around,
-                        False,
-                        parent[b],
-                        4 * (bricks[b, 0] & 1) + x // 2 + dx,
-                        4 * (bricks[b, 1] & 1) + y // 2 + dy,
-                        4 * (bricks[b, 2] & 1) + z // 2 + dz,
-                    )
+                    masters[i, k] = node_at(node, around, p, x0 + dx, y0 + dy, z0 + dz)
                     k += 1
 
 
-@njit(cache=True)
-def _shape(place, n):
+@njit(cache=True, nogil=True)
+def _shape(place, s, n):
     for c in range(8):
         n[c] = (
-            (place[0] if c >> 2 else 1.0 - place[0])
-            * (place[1] if c >> 1 & 1 else 1.0 - place[1])
-            * (place[2] if c & 1 else 1.0 - place[2])
+            (place[s, 0] if c >> 2 else 1.0 - place[s, 0])
+            * (place[s, 1] if c >> 1 & 1 else 1.0 - place[s, 1])
+            * (place[s, 2] if c & 1 else 1.0 - place[s, 2])
         )
 
 
-@njit(cache=True)
-def _add_gram(start, place, weight, gram):
+@njit(cache=True, nogil=True)
+def _gram(start, place, weight):
+    gram = np.zeros((len(start) - 1, 8, 8), np.float32)
     n = np.empty(8)
     for c in range(gram.shape[0]):
         for s in range(start[c], start[c + 1]):
-            _shape(place[s], n)
+            _shape(place, s, n)
             for i in range(8):
                 for j in range(8):
                     gram[c, i, j] += weight[s] * n[i] * n[j]
+    return gram
 
 
-@njit(cache=True)
-def _add_rhs(start, place, weight, goal, cells, numbers, values, rhs):
+@njit(cache=True, nogil=True)
+def _add_rhs(start, corners, unknowns, place, weight, goal, values, rhs):
     n = np.empty(8)
     for c in range(len(start) - 1):
         for s in range(start[c], start[c + 1]):
-            _shape(place[s], n)
+            _shape(place, s, n)
             for q in range(LANES):
-                gap = goal[s, q]
+                gap = np.float64(goal[s, q])
                 for i in range(8):
-                    if cells[c, i] >= 0:
-                        gap -= n[i] * values[cells[c, i], q]
+                    if corners[c, i] >= 0:
+                        gap -= n[i] * values[corners[c, i], q]
                 for i in range(8):
-                    if cells[c, i] >= 0 and numbers[cells[c, i]] >= 0:
-                        rhs[numbers[cells[c, i]], q] += weight[s] * n[i] * gap
-
-
-@njit(cache=True)
-def _residuals(start, place, goal, cells, values, lane_scale, size):
-    n = np.empty(8)
-    for c in range(len(start) - 1):
-        for s in range(start[c], start[c + 1]):
-            _shape(place[s], n)
-            square = 0.0
-            for q in range(LANES):
-                gap = goal[s, q]
-                for i in range(8):
-                    if cells[c, i] >= 0:
-                        gap -= n[i] * values[cells[c, i], q]
-                square += (lane_scale[q] * gap) ** 2
-            size[s] = np.sqrt(square)
+                    if unknowns[c, i] >= 0:
+                        rhs[unknowns[c, i], q] += weight[s] * n[i] * gap

@@ -7,17 +7,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from touchwarp.solve.ghosts import extend_inwards
+from touchwarp.solve.ghosts import extended_inwards
+from touchwarp.solve.multigrid import Lanes
 from touchwarp.solve.problem import Problem
-from touchwarp.solve.samples import Samples, goal_at_samples, sample_points, sample_surfaces
+from touchwarp.solve.samples import (
+    Samples,
+    goal_at_samples,
+    misfit,
+    sample_points,
+    sample_surfaces,
+)
 from touchwarp.solve.solution import Solution
 from touchwarp.solve.tube import Tube
 from touchwarp.warp.bricks import Bricks
 from touchwarp.warp.build import bricks_of, hang, round_and_hang
 from touchwarp.warp.fit import Fit, make_fit
 from touchwarp.warp.table_grid import TableGrid
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,14 +31,12 @@ class Fitted:
 
     Attributes:
         values: for each stage, (n, 4) m.
-        moves: for each stage, (n, 4) m: how far they are from the solution.
         samples: for each stage, points of the surfaces, and residuals: (s,) m, |table − g| there.
     """
 
-    values: list[Real]
-    moves: list[Real]
+    values: list[Lanes]
     samples: list[Samples]
-    residuals: list[Real]
+    residuals: list[NDArray[np.float32]]
 
 
 class TableMaker:
@@ -60,7 +63,7 @@ class TableMaker:
 
     def goals_at_samples(
         self, data: NDArray[np.float64], normal_lanes: NDArray[np.bool_]
-    ) -> list[Real]:
+    ) -> list[Lanes]:
         """For each stage, (s, 4): boundary data (v, 4) at its samples."""
         boundary = self.problem.boundary
         result = []
@@ -82,17 +85,23 @@ class TableMaker:
         `lane_scale` (4,) weighs the lanes, to metres.
         """
         stages = solution.stages
-        values = [stage.u.astype(np.float64) for stage in stages]
-        for stage, region, v in zip(stages, solution.regions, values, strict=True):
-            extend_inwards(stage, region, v, normal_lanes)
+        values = [
+            extended_inwards(stage, region, normal_lanes)
+            for stage, region in zip(stages, solution.regions, strict=True)
+        ]
         for i in range(len(stages)):
             hang(self.grid, i, values)
         goals = self.goals_at_samples(data, normal_lanes)
         self.fit.apply(values, goals, normal_lanes)
-        moves = [v - stage.u for v, stage in zip(values, stages, strict=True)]
-        return Fitted(values, moves, self.samples, self.fit.residuals(values, goals, lane_scale))
+        residuals = [
+            misfit(*level, lane_scale)
+            for level in zip(stages, self.samples, goals, values, strict=True)
+        ]
+        return Fitted(values, self.samples, residuals)
 
-    def bricks(self, solution: Solution, values: list[Real]) -> Bricks:
-        """The table of node values (n, C), which are rounded in place."""
-        round_and_hang(self.grid, values)
-        return bricks_of(self.problem.frame, self.grid, values, self.problem.mirror_depth)
+    def bricks(self, fields: list[list[Lanes]], lanes: int) -> Bricks:
+        """The table of fields' node values (n, 4), of each as many lanes; they are rounded in
+        place."""
+        round_and_hang(self.grid, fields)
+        depth = self.problem.mirror_depth
+        return bricks_of(self.problem.frame, self.grid, fields, lanes, depth)

@@ -8,16 +8,14 @@ where there is no such cell, that of the last one; under a sliding plane, that o
 from __future__ import annotations
 
 import math
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache
 from itertools import pairwise
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from touchwarp.solve.threads import pool, threads
 from touchwarp.warp.bricks import CELLS, NODES, Bricks
 
 Float = NDArray[np.float64]
@@ -158,26 +156,6 @@ def evaluate(x, frame, root, child, slot, values, mix, displayed, out, slopes):
             out[n] = np.nan
             if len(slopes):
                 slopes[n] = np.nan
-
-
-@cache
-def threads() -> int:
-    """How many threads share a large lookup: the processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-@cache
-def pool() -> ThreadPoolExecutor:
-    """Threads for compiled loops that let go of the interpreter's lock.
-
-    Compiling each loop a second time, for threads of its own, would cost more than this ever does.
-    """
-    return ThreadPoolExecutor(threads(), thread_name_prefix="touchwarp-lookup")
-
-
-if hasattr(os, "register_at_fork"):
-    # a forked process has none of its parent's threads: it must start its own
-    os.register_at_fork(after_in_child=pool.cache_clear)
 
 
 def rows(x: ArrayLike) -> Float:

@@ -16,9 +16,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from touchwarp.solve.threads import pool, threads
 from touchwarp.warp.bricks import NODES
 from touchwarp.warp.hanging import conform
-from touchwarp.warp.lookup import pool, threads
 from touchwarp.warp.topology import placement
 
 MOST_BITS = 8

@@ -9,8 +9,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from touchwarp.solve.threads import pool, threads
 from touchwarp.warp.bricks import CELLS, NODES
-from touchwarp.warp.lookup import Lookup, locate, pool, threads
+from touchwarp.warp.lookup import Lookup, locate
 
 Float = NDArray[np.float64]
 

@@ -59,11 +59,7 @@ def solve_bases(
     props = _scalings(whole.problem)
     _, rounds = basis_rounds(whole, progress or (lambda text, share: None))
     error = max((r.error for r in rounds), key=lambda e: e.outside_tube_max)
-    channels = [
-        np.concatenate(level, axis=1)
-        for level in zip(*(r.fitted.values for r in rounds), strict=True)
-    ]
-    bricks = rounds[-1].maker.bricks(rounds[-1].solution, channels)
+    bricks = rounds[-1].maker.bricks([r.fitted.values for r in rounds], LANES)
     meta = whole.meta(error).as_bases(
         props,
         RANGE_SHIFT,

@@ -25,6 +25,7 @@ from touchwarp.warp.table_error import TableError
 
 Progress = Callable[[str, float], None]
 
+COMPONENTS = 3
 IN_METRES = np.array([1.0, 1.0, 1.0, 0.0], np.float32)
 """Lane scale of a displacement: three components in m, and an empty lane."""
 
@@ -138,7 +139,7 @@ class WarpSolver:
             self._solver.solve(data, lanes)
         last = refine_rounds(self._solver, self._maker, data, lanes, IN_METRES, self._tell)
         self._maker = last.maker
-        bricks = last.maker.bricks(last.solution, [v[:, :3].copy() for v in last.fitted.values])
+        bricks = last.maker.bricks([last.fitted.values], COMPONENTS)
         self._tell("done", 1.0)
         return TableWarp(bricks, self.meta(last.error), SolveRecord.of(last.solution, last.error))
 

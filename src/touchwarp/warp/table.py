@@ -10,9 +10,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from touchwarp.solve.threads import pool, threads
 from touchwarp.warp.bricks import CELLS, Bricks
 from touchwarp.warp.inverse import as_inverse, find_inverse
-from touchwarp.warp.lookup import SHARE, Lookup, frame_of, largest, pool, rows, threads
+from touchwarp.warp.lookup import SHARE, Lookup, frame_of, largest, rows
 from touchwarp.warp.meta import WarpMeta
 from touchwarp.warp.posed import rigid
 from touchwarp.warp.protocol import Inverse

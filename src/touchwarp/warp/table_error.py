@@ -46,12 +46,12 @@ class FieldError:
     """What trilinear interpolation of a solution would miss, fits aside.
 
     Attributes:
-        nodes: for each stage, (k,) the nodes in Ω whose values the table takes.
-        size: for each, (k,) m.
+        nodes: for each stage, (k,) int32, the nodes in Ω whose values the table takes.
+        size: for each, (k,) float32 m.
     """
 
-    nodes: list[NDArray[np.int64]]
-    size: list[Real]
+    nodes: list[NDArray[np.int32]]
+    size: list[NDArray[np.float32]]
 
 
 def field_error(
@@ -67,15 +67,13 @@ def field_error(
         lane_scale: (4,) weight of each lane, to metres.
         normal_lanes: (4,) lanes that vanish on the sliding plane.
     """
-    scale = lane_scale.astype(np.float64)
     own, sizes = [], []
     for i, (stage, region) in enumerate(zip(solution.stages, solution.regions, strict=True)):
         nodes = grid.leaf_nodes(i)
         nodes = nodes[region[nodes] == 1]
         interpolation, _ = indicate(stage, region, lane_scale, normal_lanes)
-        discretisation = np.linalg.norm(solution.error[i][nodes] * scale, axis=1)
-        own.append(nodes)
-        sizes.append(interpolation[nodes] + discretisation)
+        own.append(nodes.astype(np.int32))
+        sizes.append(interpolation[nodes] + solution.error[i][nodes])
     return FieldError(own, sizes)
 
 
@@ -98,19 +96,17 @@ def estimate_error(
         field: the solution's own error.
         fitted: the table; without it, what hanging and fitting add is left out.
     """
-    outside, inside, points, depths = (
-        [np.zeros(1)],
-        0.0,
-        [np.empty((0, 3))],
-        [np.empty(0, np.int64)],
-    )
-    scale = lane_scale.astype(np.float64)
+    outside: list[NDArray[np.floating]] = [np.zeros(1)]
+    points: list[Real] = [np.empty((0, 3))]
+    depths: list[NDArray[np.int64]] = [np.empty(0, np.int64)]
+    inside = 0.0
     for i, stage in enumerate(solution.stages):
         nodes, size = field.nodes[i], field.size[i]
         if len(nodes) == 0:
             continue
         if fitted is not None:
-            size = size + np.linalg.norm(fitted.moves[i][nodes] * scale, axis=1)
+            moves = (fitted.values[i][nodes] - stage.u[nodes]) * lane_scale
+            size = size + np.sqrt(np.einsum("ij,ij->i", moves, moves))
         suspects = np.flatnonzero(size > 0.5 * min(size.max(), tolerance))
         where = stage.level.coordinates(nodes[suspects]) / 2.0**stage.level.depth
         in_tube = np.zeros(len(nodes), bool)
@@ -141,7 +137,7 @@ def estimate_error(
 
 def _contact(problem: Problem, fitted: Fitted) -> tuple[float, float]:
     """99th percentile by area, and maximum, of residuals on the props."""
-    sizes: list[Real] = [np.zeros(1)]
+    sizes: list[NDArray[np.floating]] = [np.zeros(1)]
     areas: list[Real] = [np.zeros(1)]
     for i, (samples, size) in enumerate(zip(fitted.samples, fitted.residuals, strict=True)):
         own = problem.boundary.owner[samples.triangle] >= 0
