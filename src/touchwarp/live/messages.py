@@ -204,18 +204,6 @@ class ChangeScene(Message):
     poses: dict[str, Pose] = {}
 
 
-class Certify(Message):
-    """Make the certificate of the current warp."""
-
-    kind: Literal["certify"] = "certify"
-
-
-class PrepareBases(Message):
-    """Solve the bases for instant goals."""
-
-    kind: Literal["prepare_bases"] = "prepare_bases"
-
-
 class SaveScene(Message):
     """Write the changed scene back to its file."""
 
@@ -260,10 +248,10 @@ class ChunkHeader(Message):
 
 
 FromPage = Annotated[
-    ChangeScene | Certify | PrepareBases | SaveScene | BeginRecording | EndRecording,
+    ChangeScene | SaveScene | BeginRecording | EndRecording,
     Field(discriminator="kind"),
 ]
 
-FROM_PAGE: TypeAdapter[
-    ChangeScene | Certify | PrepareBases | SaveScene | BeginRecording | EndRecording
-] = TypeAdapter(FromPage)
+FROM_PAGE: TypeAdapter[ChangeScene | SaveScene | BeginRecording | EndRecording] = TypeAdapter(
+    FromPage
+)

@@ -146,16 +146,6 @@ export interface ChangeScene {
   readonly poses?: Readonly<Record<string, Pose>>;
 }
 
-/** Make the certificate of the current warp. */
-export interface Certify {
-  readonly kind: "certify";
-}
-
-/** Solve the bases for instant goals. */
-export interface PrepareBases {
-  readonly kind: "prepare_bases";
-}
-
 /** Write the changed scene back to its file. */
 export interface SaveScene {
   readonly kind: "save_scene";
@@ -190,4 +180,4 @@ export interface ChunkHeader {
 
 export type FromServer = SceneState | Progress | Failed | Saved | Acknowledged | Finished | Refused;
 
-export type FromPage = ChangeScene | Certify | PrepareBases | SaveScene | BeginRecording | EndRecording;
+export type FromPage = ChangeScene | SaveScene | BeginRecording | EndRecording;
