@@ -67,9 +67,14 @@ class Headset:
 
     def picture(self, path: Path) -> None:
         """What the headset shows, both eyes, without the page beneath."""
-        self.page.add_style_tag(content="body > :is(header, main, aside) { opacity: 0 }")
+        self.page.add_style_tag(content=":is(header, .stage, aside) { opacity: 0 }")
         self.page.evaluate("headset.draw()")
         self.page.screenshot(path=path)
+
+    def settle(self) -> None:
+        """Wait, outside the headset's time, until what touches tell has been worked out."""
+        idle = "!touchwarpProbe.calibrator?.busy"
+        self.page.wait_for_function(f"() => {idle}", polling=20, timeout=60_000)
 
     def wait(self, seconds: float, **hands: Hand) -> None:
         """Time passes, hands stay."""

@@ -16,6 +16,7 @@ Matrix = tuple[Row, Row, Row, Row]
 
 Status = Literal["pass", "warn", "fail", "unknown"]
 Task = Literal["solve", "bases", "check"]
+Asked = Literal["change_scene", "save_scene", "begin_recording", "end_recording", "chunk"]
 
 PARTICIPANT = r"^[A-Za-z0-9][A-Za-z0-9_-]{0,31}$"
 """Pseudonyms: short, and safe as the name of a folder on any system."""
@@ -183,9 +184,13 @@ class Finished(Message):
 
 
 class Refused(Message):
-    """A message of the page's that was not carried out, and why."""
+    """A message of the page's that was not carried out, and why.
+
+    `about` is its kind, "chunk" for a binary one, null where that cannot be told.
+    """
 
     kind: Literal["refused"] = "refused"
+    about: Asked | None
     reason: str
 
 

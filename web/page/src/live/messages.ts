@@ -135,6 +135,7 @@ export interface Finished {
 /** A message of the page's that was not carried out, and why. */
 export interface Refused {
   readonly kind: "refused";
+  readonly about: "change_scene" | "save_scene" | "begin_recording" | "end_recording" | "chunk" | null;
   readonly reason: string;
 }
 

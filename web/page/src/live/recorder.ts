@@ -1,10 +1,11 @@
 import type { Connection } from "./connection.js";
-import type { BeginRecording, ChunkHeader, FromServer } from "./messages.js";
+import type { BeginRecording, ChunkHeader, FromServer, Refused } from "./messages.js";
 import { COLUMNS, packChunk, unpackChunk, writeRow } from "./rows.js";
 import { ChunkStore, type Kept } from "./store.js";
 
 const ROWS_A_CHUNK = 144; // two hands for a second at 72 Hz
 const MOST_MS_A_CHUNK = 1000;
+const OF_RECORDINGS: readonly Refused["about"][] = ["begin_recording", "chunk", "end_recording"];
 
 /** What of the recorder the page shows. */
 export interface RecorderStatus {
@@ -193,7 +194,7 @@ export class Recorder {
       this.#changed();
     } else if (message.kind === "finished") {
       void this.forget(message.recording);
-    } else if (message.kind === "refused" && /recording/i.test(message.reason)) {
+    } else if (message.kind === "refused" && OF_RECORDINGS.includes(message.about)) {
       setTimeout(() => this.#write(() => this.#resend()), this.#patience);
       this.#patience = Math.min(2 * this.#patience, 60_000);
     }
