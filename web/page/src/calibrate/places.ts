@@ -29,7 +29,7 @@ const TURN = 0.5;
 
 /**
  * Places to touch one after another, each as far as may be from those before, in place and in
- * direction; the first is farthest out. The prop stands with z up.
+ * direction; the first is farthest from the middle. The prop stands with z up.
  */
 export function placesToTouch(
   surface: ContactSurface,
@@ -41,8 +41,10 @@ export function placesToTouch(
     .filter((place) =>
       isReachable(surface, place, place.normal.z, place.point.z - surface.lowest.z, radius),
     );
-  const out = ({ point }: NamedPoint) =>
-    Math.hypot(point.x - surface.centre.x, point.y - surface.centre.y);
+  const middle = places
+    .reduce((sum, { point }) => sum.add(point), new Vector3())
+    .divideScalar(places.length);
+  const out = ({ point }: NamedPoint) => Math.hypot(point.x - middle.x, point.y - middle.y);
   const apart = (one: NamedPoint, other: NamedPoint) =>
     one.point.distanceTo(other.point) / surface.reach + TURN * one.normal.distanceTo(other.normal);
   const chosen: NamedPoint[] = [];

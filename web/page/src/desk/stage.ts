@@ -93,6 +93,10 @@ export class Stage {
     if (!paused) this.draw();
   }
 
+  get paused(): boolean {
+    return this.#paused;
+  }
+
   /** Show all, as in the beginning. */
   home(): void {
     this.frame(this.#all);

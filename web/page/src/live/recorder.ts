@@ -95,7 +95,7 @@ export class Recorder {
     return begin.recording;
   }
 
-  /** One hand of one frame; does nothing unless recording. See `writeRow`. */
+  /** One hand of one frame, its time in ms; does nothing unless recording. See `writeRow`. */
   frame(
     time: number,
     hand: 0 | 1,
@@ -118,7 +118,7 @@ export class Recorder {
     this.#rows++;
   }
 
-  /** Remember an event as text, with its time. */
+  /** Remember an event as text, with its time in ms. */
   note(time: number, text: string): void {
     if (this.#begin !== null) this.#notes.push(`${time} ${text}`.slice(0, 2000));
   }

@@ -24,6 +24,7 @@ export class AnchoredPose {
   /** The pose at this frame. */
   now(frame: XRFrame, room: XRReferenceSpace): Pose {
     if (this.#unheld) this.#hold(frame, room);
+    if (this.#anchor && frame.trackedAnchors?.has(this.#anchor) === false) this.#anchor = null;
     const pose = this.#anchor && frame.getPose(this.#anchor.anchorSpace, room);
     if (pose) this.#pose = poseOf(new Matrix4().fromArray(pose.transform.matrix));
     return this.#pose;

@@ -49,11 +49,12 @@ export class Displacement {
       const touching = this.watch.update(time, input, hand, this.placed, warp);
       this.touching[side] = touching;
       for (const contact of this.watch.fresh) {
-        recorder.note(time, `contact ${JSON.stringify(contact)}`);
+        recorder.note(1e3 * time, `contact ${JSON.stringify(contact)}`);
       }
       if (recorder.recording && input.tracked) {
         const identity = tables.file?.identity ?? "";
-        recorder.frame(time, side, hand.weight, touching, poses, hand.poses, radii, identity);
+        const at = 1e3 * time;
+        recorder.frame(at, side, hand.weight, touching, poses, hand.poses, radii, identity);
       }
     }
   }

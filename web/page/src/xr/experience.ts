@@ -93,7 +93,7 @@ export class Experience {
       this.#playCentre = this.head.clone();
       this.displacement.watch.restart();
     }
-    this.context.recorder.note(this.#last, `${event.kind}: ${phase}`);
+    this.context.recorder.note(1e3 * this.#last, `${event.kind}: ${phase}`);
   }
 
   get calibrator(): Calibrator {
