@@ -2,6 +2,7 @@ import "./style.css";
 import "./desk/desk.css";
 import type { Context } from "./context.js";
 import { type Desk, mountDesk } from "./desk/index.js";
+import { Changes } from "./live/changes.js";
 import { Connection } from "./live/connection.js";
 import type { FromServer, SceneState } from "./live/messages.js";
 import { Recorder } from "./live/recorder.js";
@@ -21,6 +22,7 @@ async function start(): Promise<void> {
       return state;
     },
     connection,
+    changes: new Changes(connection),
     tables,
     recorder: new Recorder(connection),
     listen(listener) {

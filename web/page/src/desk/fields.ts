@@ -107,7 +107,7 @@ export interface Scale {
 }
 
 /** What people notice stays on the scale, if the colours then still fill this share of it. */
-const LEAST_FILLED = 0.45;
+const LEAST_FILLED = 0.7;
 
 /** The ends of a colour scale for these values, with what people notice on it where that is near. */
 export function scaleOf(

@@ -12,7 +12,7 @@ import { Probe } from "./probe.js";
 import { mountRecording } from "./recording.js";
 import { Slice } from "./slice.js";
 import { Stage } from "./stage.js";
-import { renderWork } from "./work.js";
+import { type Note, renderWork } from "./work.js";
 
 const PLAIN = new Color(0xcfc8bd);
 
@@ -39,7 +39,7 @@ export class Desk {
   #scale: Scale = { low: 0, high: 1, ratio: false };
   #progress = new Map<Task, Progress>();
   #failures = new Map<Task, string>();
-  #note = "";
+  #note: Note | null = null;
   #weightShare: number | null = null;
   #painted = "";
   #loading = false;
@@ -122,9 +122,10 @@ export class Desk {
       this.#progress.delete(message.task);
       this.#failures.set(message.task, message.reason);
     } else if (message.kind === "saved") {
-      this.#say(`Saved to ${message.path}.`);
+      this.#say({ text: `Saved to ${message.path}.`, isTrouble: false });
     } else if (message.kind === "refused") {
-      this.#say(message.reason);
+      this.#say({ text: message.reason, isTrouble: true });
+      if (message.about === "change_scene") this.#takeBack();
     } else if (message.kind === "state") {
       this.#takeOver();
     }
@@ -157,16 +158,20 @@ export class Desk {
     this.stage.draw();
   }
 
+  /** What was moved goes back to where the server has it. */
+  #takeBack(): void {
+    const { state, tables } = this.#context;
+    tables.restore(state);
+    this.#takeOver();
+  }
+
   #drag(prop: PropObject, placement: Placement, ended: boolean): void {
     const goal = goalOf(prop.state.pivot, placement);
     this.#placements.set(prop.state.name, placement);
     prop.moveVirtual(goal);
     this.#context.tables.setGoal(prop.state.name, goal);
     if (ended && this.#context.state.solvable) {
-      this.#context.connection?.send({
-        kind: "change_scene",
-        goals: { [prop.state.name]: placement },
-      });
+      this.#context.changes.ask({ goals: { [prop.state.name]: placement } });
     }
     this.#marker.hide();
   }
@@ -233,10 +238,10 @@ export class Desk {
         : `${what} · displayed ${mismatch.toFixed(1)} mm away`;
   }
 
-  #say(note: string): void {
+  #say(note: Note): void {
     this.#note = note;
     setTimeout(() => {
-      if (this.#note === note) this.#note = "";
+      if (this.#note === note) this.#note = null;
       this.#askPanel();
     }, 8000);
   }
@@ -315,7 +320,7 @@ export class Desk {
         },
         weight: (value) => {
           this.#weightShare = null;
-          this.#context.connection?.send({ kind: "change_scene", mismatch_weight: value });
+          this.#context.changes.ask({ mismatch_weight: value });
         },
         save: () => {
           this.#context.connection?.send({ kind: "save_scene" });

@@ -47,8 +47,10 @@ export class Mouse {
         this.slice.drag(ray(event));
         this.sliced();
       } else if (event.buttons === 0) {
-        this.put({ pane, clientX: event.clientX, clientY: event.clientY });
-        element.classList.toggle("knob", this.slice.hit(ray(event)));
+        const overKnob = this.slice.hit(ray(event));
+        element.classList.toggle("knob", overKnob);
+        // the hand does not come after the knob, which it would hide
+        if (!overKnob) this.put({ pane, clientX: event.clientX, clientY: event.clientY });
       }
       this.stage.draw();
     });

@@ -59,6 +59,11 @@ export class Probe {
     return this.real.visible;
   }
 
+  /** Whether the hand still turns towards how it comes to its place. */
+  get turning(): boolean {
+    return this.#turn !== null && this.#turn.angleTo(this.#goal) >= TURNED;
+  }
+
   /** The displayed joints, 25 × 16. */
   get displayedPoses(): Float32Array {
     return this.#hand.poses;
@@ -124,8 +129,7 @@ export class Probe {
   ease(time: number, warp: Warp | null): boolean {
     const elapsed = Math.min(Math.max(time - this.#eased, 0), 100) / 1e3;
     this.#eased = time;
-    if (this.pinned || this.#turn === null) return false;
-    if (this.#turn.angleTo(this.#goal) < TURNED) return false;
+    if (this.pinned || this.#turn === null || !this.turning) return false;
     this.#turn.slerp(this.#goal, 1 - Math.exp(-elapsed / TURNING));
     this.update(warp);
     return true;

@@ -2,11 +2,17 @@ import { html, nothing, render } from "lit-html";
 import type { Context } from "../context.js";
 import type { Progress, Task } from "../live/messages.js";
 
+/** Something to tell for a while. */
+export interface Note {
+  readonly text: string;
+  readonly isTrouble: boolean;
+}
+
 /** What is going on, kept by the desk. */
 export interface Work {
   readonly progress: ReadonlyMap<Task, Progress>;
   readonly failures: ReadonlyMap<Task, string>;
-  readonly note: string;
+  readonly note: Note | null;
   readonly connected: boolean;
 }
 
@@ -25,7 +31,7 @@ export function renderWork(context: Context, { progress, failures, note, connect
       )}
       ${[...failures].map(([task, reason]) => html`<p class="failure" data-task=${task}>${reason}</p>`)}
       ${tables.problem ? html`<p class="failure">${tables.problem}</p>` : nothing}
-      ${note ? html`<p class="note">${note}</p>` : nothing}
+      ${note ? html`<p class=${note.isTrouble ? "failure" : "note"}>${note.text}</p>` : nothing}
       ${
         state.live && !connected
           ? html`<p class="failure">The server is gone; trying again … What is shown can still be

@@ -47,6 +47,8 @@ export class Recorder {
     });
     this.#write(() => this.#resend());
     addEventListener("pagehide", () => this.#closeChunk());
+    // a headset that is taken off hides the page, and may never come back to it
+    document.addEventListener("visibilitychange", () => this.#closeChunk());
   }
 
   get recording(): boolean {

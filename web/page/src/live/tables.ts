@@ -72,9 +72,7 @@ export class Tables {
     );
     if (scene !== this.#scene) {
       this.#scene = scene;
-      for (const prop of state.props) {
-        if (prop.goal !== null) this.#goals.set(prop.name, columns(prop.goal));
-      }
+      this.#takeGoals(state);
     }
     if (state.warp_current) this.#moved = false;
     if (state.warp !== null && state.warp_current) this.#hold(state.warp);
@@ -83,6 +81,13 @@ export class Tables {
     } else if (state.bases.identity !== this.#bases?.file.identity) {
       void this.#fetchBases(state.bases);
     }
+    this.#choose();
+  }
+
+  /** Take back what was moved since the state was told. */
+  restore(state: SceneState): void {
+    this.#takeGoals(state);
+    this.#moved = false;
     this.#choose();
   }
 
@@ -96,6 +101,12 @@ export class Tables {
 
   goal(prop: string): Float64Array | undefined {
     return this.#goals.get(prop);
+  }
+
+  #takeGoals(state: SceneState): void {
+    for (const prop of state.props) {
+      if (prop.goal !== null) this.#goals.set(prop.name, columns(prop.goal));
+    }
   }
 
   /** The solved warp of the scene as it now is: the one that is here, or a new one to be fetched. */

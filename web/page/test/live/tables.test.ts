@@ -205,4 +205,16 @@ describe("the warp in use", () => {
     await settle();
     expect([tables.exact, tables.problem]).toEqual([true, null]);
   });
+
+  it("is the solved one again when a move was refused", async () => {
+    const now = state(0, { warp: file("a"), warp_current: true, bases: file("bases") });
+    tables.update(now);
+    requests[0]!.come(warpNamed("a"));
+    requests[1]!.come(basesNamed());
+    await settle();
+    tables.setGoal("mug", new Float64Array(16).fill(2));
+    expect(tables.exact).toBe(false);
+    tables.restore(now);
+    expect([tables.exact, tables.goal("mug")![12]]).toEqual([true, 0]);
+  });
 });
