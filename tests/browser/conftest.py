@@ -36,6 +36,26 @@ name = "table"
 plane = { point = [0, 0, 0], normal = [0, 0, 1] }
 """
 
+MUG_SCENE = """\
+[objective]
+tolerance_mm = 0.5
+
+[[prop]]
+name = "mug"
+shape = { kind = "mug" }
+
+[prop.goal]
+kind = "transform"
+pivot = [0, 0, 0]
+scale = [1.2, 1.2, 0.6]
+translation = [0.015, 0, 0]
+
+[[fixed]]
+name = "table"
+plane = { point = [0, 0, 0], normal = [0, 0, 1] }
+contact = "slide"
+"""
+
 SHOTS = Path(__file__).resolve().parents[2] / "build" / "screenshots"
 
 
@@ -97,18 +117,62 @@ def serve(tmp_path: Path) -> Iterator[Callable[[Path], Server]]:
 
 
 @pytest.fixture(scope="session")
-def ball_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A scene that is quick to solve, solved: ball.toml, ball.warp and ball.bases; copy it."""
-    folder = tmp_path_factory.mktemp("ball-scene")
-    path = folder / "ball.toml"
-    path.write_text(SCENE)
+def share() -> Iterator[Callable[[Path], Server]]:
+    """As `serve`, for scenes that no test changes: one server for all of them."""
+    started: dict[Path, Server] = {}
+
+    def start(path: Path) -> Server:
+        if path not in started:
+            started[path] = Server(path)
+            started[path].start()
+        return started[path]
+
+    yield start
+    for server in started.values():
+        server.stop()
+
+
+def solved(folder: Path, name: str, text: str) -> Path:
+    """A folder with a scene, its warp and its bases."""
+    path = folder / f"{name}.toml"
+    path.write_text(text)
     scene = tw.load_scene(path)
     tw.solve(scene).save(path.with_suffix(".warp"))
-    tw.solve_bases(scene).save(path.with_suffix(".bases"))
+    tw.solve_bases(scene, tolerance_mm=0.5).save(path.with_suffix(".bases"))
     return folder
+
+
+@pytest.fixture(scope="session")
+def ball_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A scene that is quick to solve, solved: ball.toml, ball.warp and ball.bases; copy it."""
+    return solved(tmp_path_factory.mktemp("ball-scene"), "ball", SCENE)
+
+
+@pytest.fixture(scope="session")
+def mug_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same for a mug."""
+    return solved(tmp_path_factory.mktemp("mug-scene"), "mug", MUG_SCENE)
 
 
 @pytest.fixture
 def ball(ball_folder: Path, tmp_path: Path) -> Path:
-    """The scene file, in a folder of its own."""
+    """The scene file, in a folder of its own, to be changed."""
     return Path(shutil.copytree(ball_folder, tmp_path / "scene")) / "ball.toml"
+
+
+@pytest.fixture
+def mug(mug_folder: Path, tmp_path: Path) -> Path:
+    """The scene file, in a folder of its own, to be changed."""
+    return Path(shutil.copytree(mug_folder, tmp_path / "scene")) / "mug.toml"
+
+
+@pytest.fixture
+def ball_server(share: Callable[[Path], Server], ball_folder: Path) -> Server:
+    """Serves the ball to tests that change nothing."""
+    return share(ball_folder / "ball.toml")
+
+
+@pytest.fixture
+def mug_server(share: Callable[[Path], Server], mug_folder: Path) -> Server:
+    """Serves the mug to tests that change nothing."""
+    return share(mug_folder / "mug.toml")

@@ -1,6 +1,6 @@
 // Puts an emulated headset, with hands and a clock that tests set, into the unmodified page.
 (() => {
-  const device = new IWER.XRDevice(IWER.metaQuest3);
+  const device = new IWER.XRDevice({ ...IWER.metaQuest3, ...window.headsetOptions });
   device.installRuntime({ forceInstall: true });
   device.primaryInputMode = "hand";
   device.stereoEnabled = true;

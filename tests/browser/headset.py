@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +21,16 @@ Hand = NDArray[np.float64]
 
 
 class Headset:
-    """The emulated headset of one page; make it before the page is opened."""
+    """The emulated headset of one page; make it before the page is opened.
 
-    def __init__(self, page: Page) -> None:
+    Args:
+        page: not yet opened.
+        options: of the emulated device, where they are other than a Quest 3's.
+    """
+
+    def __init__(self, page: Page, **options: Any) -> None:
         self.page = page
+        page.add_init_script(f"window.headsetOptions = {json.dumps(options)}")
         page.add_init_script(path=EMULATOR)
         page.add_init_script(path=Path(__file__).with_name("headset.js"))
         self.relaxed: dict[str, Hand] = {}
@@ -67,9 +74,14 @@ class Headset:
 
     def picture(self, path: Path) -> None:
         """What the headset shows, both eyes, without the page beneath."""
-        self.page.add_style_tag(content="body > :is(header, main, aside) { opacity: 0 }")
+        self.page.add_style_tag(content=":is(header, .stage, aside) { opacity: 0 }")
         self.page.evaluate("headset.draw()")
         self.page.screenshot(path=path)
+
+    def settle(self) -> None:
+        """Wait, outside the headset's time, until what touches tell has been worked out."""
+        idle = "!touchwarpProbe.calibrator?.busy"
+        self.page.wait_for_function(f"() => {idle}", polling=20, timeout=60_000)
 
     def wait(self, seconds: float, **hands: Hand) -> None:
         """Time passes, hands stay."""
@@ -80,6 +92,14 @@ class Headset:
         return self.page.evaluate(
             f"(() => {{ const it = touchwarpProbe; return {expression}; }})()"
         )
+
+    def poke(self, label: str) -> None:
+        """Push the right index fingertip through a button of the panel."""
+        middle = f"it.room.panel.localToWorld(it.room.panel.middleOf({label!r}).clone())"
+        place = np.array(self.probe(f"{middle}.toArray()"))
+        out = np.array(self.probe("it.room.panel.getWorldDirection(it.head.clone()).toArray()"))
+        approach = [place + away * out for away in (0.06, 0.03, 0.01, -0.005, 0.03, 0.06)]
+        self.step([{"right": self.hand_at("right", tip, -out)} for tip in approach])
 
     def hand_at(
         self, side: str, tip: NDArray[np.float64], towards: NDArray[np.float64], finger: int = 1

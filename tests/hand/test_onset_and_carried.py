@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -152,6 +154,36 @@ def test_beside_fixed_surroundings_it_may_hardly_move(moved: np.ndarray, valid: 
         carried.add_pose(rest @ moved, 0.0)
         carried.at_time(0.0)
         assert carried.valid == (valid or not fixed)
+
+
+ALONE = """[[prop]]
+name = "ball"
+shape = { kind = "sphere", radius = 0.05 }
+"""
+TABLE = """[[fixed]]
+name = "table"
+plane = { point = [0, 0, 0], normal = [0, 0, 1] }
+"""
+
+
+@pytest.mark.parametrize(
+    ("scene_text", "names", "valid"),
+    [
+        ("", (), True),
+        (ALONE, ("ball",), True),
+        (ALONE + TABLE, ("ball",), False),
+        (ALONE, ("ball", "cup"), False),
+    ],
+)
+def test_the_warp_s_own_scene_tells_whether_it_may_be_carried(
+    scene_text: str, names: tuple[str, ...], valid: bool
+) -> None:
+    table = sphere_table()
+    table._meta = replace(table.meta, scene_text=scene_text, prop_names=names)
+    carried = CarriedWarp(table)
+    carried.add_pose(pose(np.eye(3), [0.05, 0, 0]), 0.0)
+    carried.at_time(0.0)
+    assert carried.valid == valid
 
 
 def test_a_hand_is_eased_out_where_the_carried_warp_is_not_valid() -> None:

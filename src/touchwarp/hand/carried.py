@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tomllib
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +27,8 @@ class CarriedWarp:
     Args:
         warp: f, of the prop where it stood when the scene was solved.
         T_room_scene: (4, 4) where the scene as solved stands in the room.
-        fixed_surroundings: whether anything else is in Ω.
+        fixed_surroundings: whether anything else is in Ω, a table, say; where left out, what the
+            warp's own scene says.
         allowed_shift, allowed_turn: m and rad, how far the prop may go from there in that case.
 
     Raises:
@@ -38,7 +40,7 @@ class CarriedWarp:
         warp: Warp,
         T_room_scene: ArrayLike | None = None,
         *,
-        fixed_surroundings: bool = False,
+        fixed_surroundings: bool | None = None,
         allowed_shift: float = 2e-3,
         allowed_turn: float = math.radians(1.0),
     ) -> None:
@@ -49,7 +51,8 @@ class CarriedWarp:
             )
         self._warp = warp
         self._rest = np.eye(4) if T_room_scene is None else rigid(T_room_scene, "T_room_scene")
-        self._fixed = fixed_surroundings
+        known = fixed_surroundings is not None
+        self._fixed = bool(fixed_surroundings) if known else _has_surroundings(warp)
         self._allowed = (allowed_shift, allowed_turn)
         self._times: list[float] = []
         self._poses: list[Float] = []
@@ -106,6 +109,14 @@ def between(T_0: Float, T_1: Float, share: float) -> Float:
     T[:3, :3] = turn @ T_0[:3, :3]
     T[:3, 3] = T_0[:3, 3] + share * (T_1[:3, 3] - T_0[:3, 3])
     return T
+
+
+def _has_surroundings(warp: Warp) -> bool:
+    """Whether the scene that a warp was solved for holds more than one prop."""
+    meta = getattr(warp, "meta", None)
+    if meta is None:
+        return False
+    return len(meta.prop_names) > 1 or bool(tomllib.loads(meta.scene_text).get("fixed"))
 
 
 def _middle(warp: Warp) -> Float:

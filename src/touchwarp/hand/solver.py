@@ -44,7 +44,7 @@ FLEX, ABDUCT = 6e-3, 1e-2
 SHIFT = 0.05
 """What shifting the palm from its own warped place costs, per miss of a fingertip."""
 
-TURN = 1e-2
+TURN = 2e-2
 """m/rad: what turning the palm costs."""
 
 LIMIT = 0.2

@@ -17,6 +17,7 @@ from touchwarp.errors import StudyError, TouchwarpError
 from touchwarp.live.messages import (
     FROM_PAGE,
     Acknowledged,
+    Asked,
     BeginRecording,
     ChangeScene,
     ChunkHeader,
@@ -93,19 +94,24 @@ class Hub:
 
     def _answer(self, message: Any) -> FromServer | None:
         """Carry out one message; a refusal for whatever cannot be."""
+        about: Asked | None = None
         try:
             if message.get("bytes") is not None:
+                about = "chunk"
                 return self._keep(message["bytes"])
             text = message.get("text") or ""
             if len(text) > MOST_BYTES:
-                return Refused(reason="The message is too long.")
-            return self._carry_out(FROM_PAGE.validate_json(text))
+                return Refused(about=None, reason="The message is too long.")
+            asked = FROM_PAGE.validate_json(text)
+            about = asked.kind
+            return self._carry_out(asked)
         except ValidationError as error:
             first = error.errors(include_url=False, include_input=False)[0]
             place = ".".join(str(part) for part in first["loc"])
-            return Refused(reason=f"The message does not fit: {place}: {first['msg']}."[:500])
+            reason = f"The message does not fit: {place}: {first['msg']}."[:500]
+            return Refused(about=about, reason=reason)
         except TouchwarpError as error:
-            return Refused(reason=str(error))
+            return Refused(about=about, reason=str(error))
 
     def _carry_out(self, message: Any) -> FromServer | None:
         assert self._workbench is not None

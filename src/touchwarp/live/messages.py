@@ -16,6 +16,7 @@ Matrix = tuple[Row, Row, Row, Row]
 
 Status = Literal["pass", "warn", "fail", "unknown"]
 Task = Literal["solve", "bases", "check"]
+Asked = Literal["change_scene", "save_scene", "begin_recording", "end_recording", "chunk"]
 
 PARTICIPANT = r"^[A-Za-z0-9][A-Za-z0-9_-]{0,31}$"
 """Pseudonyms: short, and safe as the name of a folder on any system."""
@@ -183,9 +184,13 @@ class Finished(Message):
 
 
 class Refused(Message):
-    """A message of the page's that was not carried out, and why."""
+    """A message of the page's that was not carried out, and why.
+
+    `about` is its kind, "chunk" for a binary one, null where that cannot be told.
+    """
 
     kind: Literal["refused"] = "refused"
+    about: Asked | None
     reason: str
 
 
@@ -202,18 +207,6 @@ class ChangeScene(Message):
     mismatch_weight: Annotated[float, Field(ge=0.0, le=1e6)] | None = None
     goals: dict[str, Placement] = {}
     poses: dict[str, Pose] = {}
-
-
-class Certify(Message):
-    """Make the certificate of the current warp."""
-
-    kind: Literal["certify"] = "certify"
-
-
-class PrepareBases(Message):
-    """Solve the bases for instant goals."""
-
-    kind: Literal["prepare_bases"] = "prepare_bases"
 
 
 class SaveScene(Message):
@@ -260,10 +253,10 @@ class ChunkHeader(Message):
 
 
 FromPage = Annotated[
-    ChangeScene | Certify | PrepareBases | SaveScene | BeginRecording | EndRecording,
+    ChangeScene | SaveScene | BeginRecording | EndRecording,
     Field(discriminator="kind"),
 ]
 
-FROM_PAGE: TypeAdapter[
-    ChangeScene | Certify | PrepareBases | SaveScene | BeginRecording | EndRecording
-] = TypeAdapter(FromPage)
+FROM_PAGE: TypeAdapter[ChangeScene | SaveScene | BeginRecording | EndRecording] = TypeAdapter(
+    FromPage
+)

@@ -119,8 +119,8 @@ def built_page() -> Path:
     """
     if not (PAGE / "index.html").exists():
         raise LiveError(
-            "The page is not built. In a checkout, run 'python web/build.py' (or 'make demo'); an "
-            "installed touchwarp has it: install it again."
+            "The page is not built. In a checkout, run 'python web/build_page.py' or 'make demo'; "
+            "an installed touchwarp has it: install it again."
         )
     return PAGE
 

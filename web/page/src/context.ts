@@ -1,3 +1,4 @@
+import type { Changes } from "./live/changes.js";
 import type { Connection } from "./live/connection.js";
 import type { FromServer, SceneState } from "./live/messages.js";
 import type { Recorder } from "./live/recorder.js";
@@ -9,6 +10,8 @@ export interface Context {
   readonly state: SceneState;
   /** The server; null for an exported page. */
   readonly connection: Connection | null;
+  /** What the person changes in the scene. */
+  readonly changes: Changes;
   readonly tables: Tables;
   readonly recorder: Recorder;
   /** Told every message of the server's, `state` already taken over. */

@@ -1,6 +1,8 @@
 import "./style.css";
+import "./desk/desk.css";
 import type { Context } from "./context.js";
-import { mountDesk } from "./desk/index.js";
+import { type Desk, mountDesk } from "./desk/index.js";
+import { Changes } from "./live/changes.js";
 import { Connection } from "./live/connection.js";
 import type { FromServer, SceneState } from "./live/messages.js";
 import { Recorder } from "./live/recorder.js";
@@ -20,6 +22,7 @@ async function start(): Promise<void> {
       return state;
     },
     connection,
+    changes: new Changes(connection),
     tables,
     recorder: new Recorder(connection),
     listen(listener) {
@@ -36,6 +39,8 @@ async function start(): Promise<void> {
   });
   tables.update(state);
   const desk = await mountDesk(context);
+  // for experiments and tests, as in the headset (xr/probe.ts)
+  if (new URLSearchParams(location.search).has("probe")) window.touchwarpDesk = desk;
   const xr = await import("./xr/index.js");
   await xr.mountXr(context, desk.stage);
 }
@@ -51,3 +56,9 @@ start().catch((error: unknown) => {
   place.textContent = error instanceof Error ? error.message : String(error);
   place.removeAttribute("hidden");
 });
+
+declare global {
+  interface Window {
+    touchwarpDesk?: Desk;
+  }
+}

@@ -1,5 +1,6 @@
 import type { Vector3 } from "three";
 import type { Calibration } from "./assess.js";
+import { isReachable } from "./places.js";
 import { turnAxes } from "./pose.js";
 import type { Task } from "./register.js";
 import { rowDerivative } from "./rows.js";
@@ -12,10 +13,6 @@ export interface Suggestion {
   /** How far the surface may be off there, along its normal: one standard deviation, m. */
   readonly doubt: number;
 }
-
-/** Nobody reaches below this slope of the surface, or lower than this above the table. */
-const LEAST_UPWARD = -0.3;
-const LEAST_HEIGHT = 0.012;
 
 /**
  * Where the next touch tells most: where the prop's surface is least sure.
@@ -36,10 +33,9 @@ export function nextTouch(task: Task, calibration: Calibration, count = 200): Su
     const axis = normal.clone().applyQuaternion(pose.turn);
     const place = pose.toRoom(point);
     const height = place.clone().sub(pose.toRoom(task.surface.lowest)).dot(task.up);
-    if (axis.dot(task.up) < LEAST_UPWARD || height < LEAST_HEIGHT) continue;
+    const upward = axis.dot(task.up);
+    if (!isReachable(task.surface, { point, normal }, upward, height, radius)) continue;
     const tip = place.addScaledVector(axis, radius);
-    // A place where the finger does not fit in, the inside of a handle say, is no place to touch.
-    if (task.surface.nearest(pose.toProp(tip), foot).distance < 0.9 * radius) continue;
     rowDerivative({ contact, tip, axis, residual: 0, aim: 0 }, pivot, axes, slope);
     let variance = 0;
     for (let i = 0; i < slope.length; i++) {

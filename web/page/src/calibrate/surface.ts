@@ -19,7 +19,8 @@ export class ContactSurface {
   readonly reach: number;
   readonly lowest = new Vector3();
   readonly highest = new Vector3();
-  private readonly bvh: MeshBVH;
+  /** For ray casts as well. */
+  readonly bvh: MeshBVH;
   private grid: DistanceField | undefined;
   private readonly normals: Float32Array;
   private readonly hit = { point: new Vector3(), distance: 0, faceIndex: 0 };

@@ -1,6 +1,7 @@
 import { interpolateInferno, interpolateRdBu, interpolateViridis } from "d3-scale-chromatic";
 import { Color } from "three";
 import type { Warp } from "touchwarp";
+import type { Mark } from "../live/messages.js";
 import type { PackedSurface } from "../world/surface.js";
 
 export type FieldName = "none" | "mismatch" | "gain" | "error";
@@ -101,23 +102,39 @@ export function greatestStretch(m: ArrayLike<number>, o: number): number {
 export interface Scale {
   readonly low: number;
   readonly high: number;
+  /** Equal ratios, not differences, are equally far apart. */
+  readonly ratio: boolean;
 }
 
-/** The ends of a colour scale for these values. */
+/** What people notice stays on the scale, if the colours then still fill this share of it. */
+const LEAST_FILLED = 0.7;
+
+/** The ends of a colour scale for these values, with what people notice on it where that is near. */
 export function scaleOf(
   name: FieldName,
   values: readonly Float32Array[],
   tolerance: number,
+  marks: readonly Mark[],
 ): Scale {
   let high = 0;
   for (const part of values) for (const value of part) if (value > high) high = value;
   if (name === "gain") {
-    const far = Math.min(Math.max(high - 1, 0.1), 2);
-    return { low: 1 - far, high: 1 + far };
+    const far = Math.min(Math.max(high, 1.2), 5);
+    return { low: 1 / far, high: far, ratio: true };
   }
-  if (name === "error")
-    return { low: 0, high: Math.max(1.5 * tolerance, Math.min(high, 5 * tolerance)) };
-  return { low: 0, high: Math.max(high, 1e-3) };
+  if (name === "error") {
+    const shown = Math.max(1.5 * tolerance, Math.min(high, 5 * tolerance));
+    return { low: 0, high: shown, ratio: false };
+  }
+  high = Math.max(high, 1e-3);
+  const near = marks.filter((mark) => mark.scale === name && LEAST_FILLED * mark.value < high);
+  const farthest = Math.max(0, ...near.map((mark) => 1.08 * mark.value));
+  return { low: 0, high: Math.max(high, farthest), ratio: false };
+}
+
+/** Where on a scale a value is, 0 to 1 between its ends. */
+export function shareOf({ low, high, ratio }: Scale, value: number): number {
+  return ratio ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
 }
 
 /** Colours of vertices, linear RGB. */
@@ -129,7 +146,7 @@ export function colourVertices(
 ): void {
   const steps = paletteOf(field);
   for (let n = 0; n < values.length; n++) {
-    const share = (values[n]! - scale.low) / (scale.high - scale.low);
+    const share = shareOf(scale, values[n]!);
     const step = Math.round(255 * Math.min(1, Math.max(0, Number.isFinite(share) ? share : 1)));
     for (let d = 0; d < 3; d++) out[3 * n + d] = steps[3 * step + d]!;
   }

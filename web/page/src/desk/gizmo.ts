@@ -1,4 +1,4 @@
-import { Euler, MathUtils, Matrix4, Object3D, Quaternion, Vector3 } from "three";
+import { Box3, Euler, MathUtils, Matrix4, Mesh, Object3D, Quaternion, Vector3 } from "three";
 import { TransformControls } from "three/examples/jsm/controls/TransformControls.js";
 import type { Placement } from "../live/messages.js";
 import { SEEN, showIn, TOGETHER } from "./layers.js";
@@ -21,6 +21,8 @@ export class Gizmo {
   constructor(readonly stage: Stage) {
     this.controls = new TransformControls(stage.camera, stage.seen.element);
     this.controls.setSize(0.7);
+    this.controls.setColors(0xd4301c, 0x2e8b57, 0x6a4fb0, 0xe08a1e);
+    dropBackwardArrows(this.controls.getHelper());
     stage.scene.add(this.#object);
     const helper = this.controls.getHelper();
     showIn(helper, [SEEN, TOGETHER]);
@@ -75,6 +77,18 @@ export class Gizmo {
     }
     this.changed(this.prop, placementOf(this.#object, this.prop.state.pivot), ended);
   }
+}
+
+/** The arrows that look against an axis only crowd the view: the others are dragged either way. */
+function dropBackwardArrows(helper: Object3D): void {
+  const backward: Object3D[] = [];
+  helper.traverse((part) => {
+    if (!(part instanceof Mesh) || !["X", "Y", "Z"].includes(part.name)) return;
+    const middle = new Box3().setFromBufferAttribute(part.geometry.attributes.position);
+    const { x, y, z } = middle.getCenter(new Vector3());
+    if (Math.min(x, y, z) < -0.25) backward.push(part);
+  });
+  for (const part of backward) part.removeFromParent();
 }
 
 /** R = Rz·Ry·Rx, which three calls the order ZYX. */

@@ -1,15 +1,18 @@
-import { Box3, Color, Group, Mesh, MeshBasicMaterial, Plane, SphereGeometry, Vector3 } from "three";
+import { Box3, Color, Group, Plane, Vector3 } from "three";
 import type { Context } from "../context.js";
-import type { CheckLine, FromServer, Placement, Progress, Task } from "../live/messages.js";
+import type { FromServer, Placement, Progress, Task } from "../live/messages.js";
 import { colourVertices, evaluate, FIELDS, type FieldName, type Scale, scaleOf } from "./fields.js";
 import { Gizmo, goalOf } from "./gizmo.js";
-import { ALL, showIn } from "./layers.js";
+import { listenToKeys } from "./keyboard.js";
+import { Marker } from "./marker.js";
+import { Mouse } from "./mouse.js";
 import { boxAround, PropObject, planeObject } from "./objects.js";
 import { renderPanel } from "./panel.js";
 import { Probe } from "./probe.js";
 import { mountRecording } from "./recording.js";
 import { Slice } from "./slice.js";
-import { type Pane, Stage } from "./stage.js";
+import { Stage } from "./stage.js";
+import { type Note, renderWork } from "./work.js";
 
 const PLAIN = new Color(0xcfc8bd);
 
@@ -30,18 +33,17 @@ export class Desk {
   #tables = new Group();
   #gizmo: Gizmo;
   #slice = new Slice();
-  #marker = marker();
+  #marker: Marker;
+  #mouse: Mouse;
   #field: FieldName = "mismatch";
-  #scale: Scale = { low: 0, high: 1 };
-  #chosen: CheckLine | null = null;
+  #scale: Scale = { low: 0, high: 1, ratio: false };
   #progress = new Map<Task, Progress>();
   #failures = new Map<Task, string>();
-  #note = "";
+  #note: Note | null = null;
   #weightShare: number | null = null;
   #painted = "";
   #loading = false;
   #connected = true;
-  #mouse: { pane: Pane; clientX: number; clientY: number } | null = null;
   #drawnVersion = -1;
   #panelAsked = false;
   #placements = new Map<string, Placement>();
@@ -52,8 +54,10 @@ export class Desk {
     this.stage = new Stage(element, document.querySelector<HTMLCanvasElement>("#desk")!);
     this.probe = new Probe(this.stage);
     this.#gizmo = new Gizmo(this.stage);
+    this.#marker = new Marker(this.stage);
+    this.#mouse = new Mouse(this.stage, this.#slice);
     this.stage.scene.add(this.#slice, this.#marker, this.#tables);
-    this.stage.beforeFrame = () => this.#beforeFrame();
+    this.stage.beforeFrame = (time) => this.#beforeFrame(time);
     this.stage.afterFrame = () => this.#afterFrame();
     this.#gizmo.changed = (prop, placement, ended) => this.#drag(prop, placement, ended);
     context.listen((message) => this.#hear(message));
@@ -65,7 +69,11 @@ export class Desk {
       this.#connected = open;
       this.#askPanel();
     });
-    this.#listenToMouse();
+    this.#mouse.sliced = () => {
+      this.#drawSlice();
+      this.#askPanel();
+    };
+    listenToKeys(this.stage, this.#mouse);
     mountRecording(context, this);
   }
 
@@ -88,14 +96,17 @@ export class Desk {
     this.#tables.clear();
     for (const plane of state.planes) this.#tables.add(planeObject(plane, around));
     const [low, high] = state.outer_box;
-    this.probe.reach.set(new Vector3(...low), new Vector3(...high)).expandByScalar(1e-4);
-    this.#slice.box = this.#sliceBox(around);
+    const outer = new Box3(new Vector3(...low), new Vector3(...high));
+    this.probe.reach.copy(outer).expandByScalar(1e-4);
+    this.probe.furnish(props, this.#planes);
+    this.#slice.surround(around, outer, this.#planes);
     for (const prop of props) {
       if (prop.state.placement) this.#placements.set(prop.state.name, prop.state.placement);
     }
     this.#gizmo.attach(props.find((prop) => prop.state.placement !== null) ?? null);
     this.stage.frame(around);
-    this.#touchFirst();
+    this.probe.touchFirst();
+    this.#tellReading();
     this.#askPanel();
     // later another mode may have the screen, and gives it back itself
     if (document.body.dataset.ready === undefined) this.stage.paused = false;
@@ -111,9 +122,10 @@ export class Desk {
       this.#progress.delete(message.task);
       this.#failures.set(message.task, message.reason);
     } else if (message.kind === "saved") {
-      this.#say(`Saved to ${message.path}.`);
+      this.#say({ text: `Saved to ${message.path}.`, isTrouble: false });
     } else if (message.kind === "refused") {
-      this.#say(message.reason);
+      this.#say({ text: message.reason, isTrouble: true });
+      if (message.about === "change_scene") this.#takeBack();
     } else if (message.kind === "state") {
       this.#takeOver();
     }
@@ -146,19 +158,22 @@ export class Desk {
     this.stage.draw();
   }
 
+  /** What was moved goes back to where the server has it. */
+  #takeBack(): void {
+    const { state, tables } = this.#context;
+    tables.restore(state);
+    this.#takeOver();
+  }
+
   #drag(prop: PropObject, placement: Placement, ended: boolean): void {
     const goal = goalOf(prop.state.pivot, placement);
     this.#placements.set(prop.state.name, placement);
     prop.moveVirtual(goal);
     this.#context.tables.setGoal(prop.state.name, goal);
     if (ended && this.#context.state.solvable) {
-      this.#context.connection?.send({
-        kind: "change_scene",
-        goals: { [prop.state.name]: placement },
-      });
+      this.#context.changes.ask({ goals: { [prop.state.name]: placement } });
     }
-    this.#chosen = null;
-    this.#marker.visible = false;
+    this.#marker.hide();
   }
 
   /** The first picture is on the screen: tests and measurements wait for that. */
@@ -169,21 +184,24 @@ export class Desk {
     }
   }
 
-  #beforeFrame(): void {
+  #beforeFrame(time: number): void {
     const { tables } = this.#context;
     const warp = tables.current;
-    if (this.#mouse !== null && !this.#gizmo.dragging) {
-      const ray = this.stage.ray(this.#mouse.pane, this.#mouse);
-      this.probe.follow(this.#mouse.pane, ray, this.#props, warp, this.#planes);
-      this.#mouse = null;
-      this.#tellReading();
-    }
+    const mouse = this.#gizmo.dragging ? null : this.#mouse.take();
+    if (mouse !== null) this.probe.follow(mouse.pane, this.stage.ray(mouse.pane, mouse), warp);
+    if (this.probe.ease(time, warp)) this.stage.draw();
+    if (mouse !== null) this.#tellReading();
     if (tables.version === this.#drawnVersion && this.#painted === this.#field) return;
     this.#drawnVersion = tables.version;
     this.#paint();
-    this.#slice.update(warp);
+    this.#drawSlice();
     this.probe.update(warp);
     this.#tellReading();
+  }
+
+  #drawSlice(): void {
+    const most = Math.max(0, ...this.#props.map((prop) => prop.greatestShift()));
+    this.#slice.update(this.#context.tables.current, most);
   }
 
   #paint(): void {
@@ -198,7 +216,7 @@ export class Desk {
     const values = this.#props.map((prop) =>
       evaluate(field.name, prop.surface, prop.normals, tables.goal(prop.state.name), warp),
     );
-    const scale = scaleOf(field.name, values, state.tolerance_mm);
+    const scale = scaleOf(field.name, values, state.tolerance_mm, state.marks);
     this.#props.forEach((prop, i) => {
       colourVertices(field, scale, values[i]!, prop.colours);
       prop.paint(null);
@@ -207,90 +225,23 @@ export class Desk {
     this.#scale = scale;
   }
 
-  #listenToMouse(): void {
-    const { element } = this.stage;
-    let dragging = false;
-    for (const pane of [this.stage.felt, this.stage.seen]) {
-      pane.element.addEventListener("pointermove", (event) => {
-        const ray = this.stage.ray(pane, event);
-        if (dragging) {
-          this.#slice.drag(ray);
-          this.#slice.update(this.#context.tables.current);
-          this.#askPanel();
-        } else if (event.buttons === 0) {
-          this.#mouse = { pane, clientX: event.clientX, clientY: event.clientY };
-          pane.element.classList.toggle("knob", this.#slice.hit(ray));
-        }
-        this.stage.draw();
-      });
-      pane.element.addEventListener("pointerdown", (event) => {
-        if (this.#slice.hit(this.stage.ray(pane, event))) {
-          dragging = true;
-          this.stage.orbit.enabled = false;
-          pane.element.setPointerCapture(event.pointerId);
-        }
-      });
-    }
-    element.addEventListener("pointerup", () => {
-      if (dragging) this.stage.orbit.enabled = true;
-      dragging = false;
-    });
-  }
-
-  /** The hand is there before the mouse is: at the first prop's side that looks this way. */
-  #touchFirst(): void {
-    const prop = this.#props[0];
-    if (prop === undefined || this.probe.visible) return;
-    this.probe.visible = true;
-    const box = new Box3().setFromObject(prop.prop);
-    const centre = box.getCenter(new Vector3());
-    const eye = this.stage.camera.position.clone();
-    const pane = this.stage.felt;
-    const screen = centre.clone().setZ(0.35 * box.min.z + 0.65 * box.max.z);
-    const ray = this.stage.ray(pane, { clientX: 0, clientY: 0 });
-    ray.origin.copy(eye);
-    ray.direction.copy(screen.sub(eye).normalize());
-    this.probe.follow(pane, ray, this.#props, this.#context.tables.current, this.#planes);
-  }
-
   #tellReading(): void {
     const place = document.querySelector<HTMLElement>("#reading")!;
     const { reading } = this.probe;
     place.hidden = reading === null;
     if (reading === null) return;
     const what = reading.touching === null ? "in the air" : `touching the ${reading.touching}`;
-    place.textContent = `${what} · displayed ${reading.mismatch.toFixed(1)} mm away`;
+    const { mismatch } = reading;
+    place.textContent =
+      mismatch === null
+        ? `${what} · no warp yet`
+        : `${what} · displayed ${mismatch.toFixed(1)} mm away`;
   }
 
-  #showCheck(line: CheckLine): void {
-    this.#chosen = this.#chosen === line ? null : line;
-    this.#marker.visible = this.#chosen !== null;
-    if (this.#chosen?.where) {
-      const place = new Vector3(...this.#chosen.where);
-      this.#marker.position.copy(place);
-      const size = boxAround(this.#props).getSize(new Vector3()).length();
-      this.#marker.scale.setScalar(0.018 * size);
-      this.stage.flyTo(place, 1.6 * size);
-    }
-    this.#askPanel();
-  }
-
-  /** The slice moves through the surroundings of the objects, above the table. */
-  #sliceBox(around: Box3): Box3 {
-    const [low, high] = this.#context.state.outer_box;
-    const size = around.getSize(new Vector3());
-    const box = around.clone().expandByVector(size.multiplyScalar(0.45));
-    box.intersect(new Box3(new Vector3(...low), new Vector3(...high)));
-    for (const plane of this.#planes) {
-      if (plane.normal.z > 0.999) box.min.z = Math.max(box.min.z, -plane.constant + 1e-4);
-    }
-    return box;
-  }
-
-  #say(note: string): void {
+  #say(note: Note): void {
     this.#note = note;
     setTimeout(() => {
-      if (this.#note === note) this.#note = "";
+      if (this.#note === note) this.#note = null;
       this.#askPanel();
     }, 8000);
   }
@@ -312,6 +263,12 @@ export class Desk {
       this.stage.draw();
       this.#askPanel();
     };
+    renderWork(this.#context, {
+      progress: this.#progress,
+      failures: this.#failures,
+      note: this.#note,
+      connected: this.#connected,
+    });
     renderPanel(
       this.#panel,
       this.#context,
@@ -326,14 +283,8 @@ export class Desk {
         gizmoMode: this.#gizmo.mode,
         prop,
         placement: prop === null ? null : (this.#placements.get(prop) ?? null),
-        pinned: this.probe.pinned,
-        reading: this.probe.reading,
-        progress: this.#progress,
-        failures: this.#failures,
-        note: this.#note,
-        chosen: this.#chosen,
+        chosen: this.#marker.line,
         weightShare: this.#weightShare,
-        connected: this.#connected,
       },
       {
         field: (name) => {
@@ -344,6 +295,7 @@ export class Desk {
           this.stage.split = split;
           refresh();
         },
+        home: () => this.stage.home(),
         slice: ({ mode, axis, share }) => {
           slice.mode = mode ?? slice.mode;
           slice.axis = axis ?? slice.axis;
@@ -368,27 +320,17 @@ export class Desk {
         },
         weight: (value) => {
           this.#weightShare = null;
-          this.#context.connection?.send({ kind: "change_scene", mismatch_weight: value });
+          this.#context.changes.ask({ mismatch_weight: value });
         },
         save: () => {
           this.#context.connection?.send({ kind: "save_scene" });
         },
-        check: (line) => this.#showCheck(line),
+        check: (line) => {
+          const size = boxAround(this.#props).getSize(new Vector3()).length();
+          this.#marker.toggle(line, size);
+          this.#askPanel();
+        },
       },
     );
   }
-}
-
-function marker(): Mesh {
-  const material = new MeshBasicMaterial({
-    color: 0xe0218a,
-    transparent: true,
-    opacity: 0.85,
-    depthTest: false,
-  });
-  const mesh = new Mesh(new SphereGeometry(1, 24, 16), material);
-  mesh.renderOrder = 10;
-  mesh.visible = false;
-  showIn(mesh, ALL);
-  return mesh;
 }

@@ -1,6 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit-html";
 import type { Mark } from "../live/messages.js";
-import type { Field, Scale } from "./fields.js";
+import { type Field, type Scale, shareOf } from "./fields.js";
 
 /** A colour scale with its ends and what people notice. */
 export function legend(
@@ -14,26 +14,37 @@ export function legend(
     field.name === "error"
       ? [{ scale: "error", value: tolerance, label: "the scene's tolerance", source: "" } as Mark]
       : own;
-  const share = (value: number) => (value - scale.low) / (scale.high - scale.low);
-  const inside = all.filter((mark) => share(mark.value) >= 0 && share(mark.value) <= 1);
-  const beyond = all.filter((mark) => !inside.includes(mark));
+  const share = (mark: Mark) => shareOf(scale, mark.value);
+  const inside = all.filter((mark) => share(mark) >= 0 && share(mark) <= 1);
+  const sources = all.filter((mark) => mark.source);
   const stops = Array.from({ length: 13 }, (_, i) => field.colour(i / 12)).join(", ");
+  const told = (mark: Mark) => `${number(mark.value)} ${field.unit}`;
   return html`<div class="legend" data-field=${field.name}>
     <div class="bar" style="background: linear-gradient(90deg, ${stops})">
-      ${inside.map(
-        (mark) => html`<b style="left: ${100 * share(mark.value)}%" title=${mark.source}></b>`,
-      )}
+      ${inside.map((mark) => html`<b style="left: ${100 * share(mark)}%" title=${mark.label}></b>`)}
     </div>
     <div class="ends">
       <span>${number(scale.low)}</span>
+      ${scale.ratio ? html`<span>1</span>` : nothing}
       <span>${number(scale.high)} ${field.unit}</span>
     </div>
-    ${inside.map((mark) => html`<p class="mark" title=${mark.source}>▏${number(mark.value)} ${field.unit} ${mark.label}</p>`)}
-    ${beyond.map(
-      (mark) =>
-        html`<p class="mark" title=${mark.source}>▸ beyond this scale: ${number(mark.value)} ${field.unit} ${mark.label}</p>`,
-    )}
-    ${all.length ? nothing : html`<p class="mark">no threshold is known</p>`}
+    <ul class="marks">
+      ${all.map(
+        (mark) =>
+          html`<li class=${inside.includes(mark) ? "on" : "beyond"}>
+            <b>${told(mark)}</b> ${mark.label}${inside.includes(mark) ? "" : ", beyond this scale"}
+          </li>`,
+      )}
+      ${all.length ? nothing : html`<li class="beyond">no threshold is known</li>`}
+    </ul>
+    ${
+      sources.length
+        ? html`<details class="sources">
+            <summary>Where these come from</summary>
+            ${sources.map((mark) => html`<p>${told(mark)}: ${mark.source}.</p>`)}
+          </details>`
+        : nothing
+    }
   </div>`;
 }
 

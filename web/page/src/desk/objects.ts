@@ -13,6 +13,7 @@ import {
   Vector3,
 } from "three";
 import { acceleratedRaycast, MeshBVH } from "three-mesh-bvh";
+import { ContactSurface } from "../calibrate/surface.js";
 import type { Plane, PropState } from "../live/messages.js";
 import { columns } from "../live/tables.js";
 import { fetchSurface, geometryOf, type PackedSurface } from "../world/surface.js";
@@ -26,12 +27,16 @@ export class PropObject {
   /** What is seen instead; its matrix is the goal, or the identity where that is not affine. */
   readonly virtual: Mesh;
   readonly normals: Float32Array;
+  /** Nearest places of the prop. */
+  readonly contact: ContactSurface;
 
   private constructor(
     public state: PropState,
     readonly surface: PackedSurface,
   ) {
     const geometry = geometryOf(surface.prop, surface.faces);
+    this.contact = new ContactSurface(surface.prop, surface.faces);
+    geometry.boundsTree = this.contact.bvh;
     geometry.setAttribute(
       "color",
       new BufferAttribute(new Float32Array(surface.prop.length).fill(1), 3),
@@ -70,6 +75,21 @@ export class PropObject {
   moveVirtual(goal: Float64Array): void {
     this.virtual.matrix.fromArray(goal);
     this.virtual.matrixWorldNeedsUpdate = true;
+  }
+
+  /** The greatest mismatch in contact, m: |u| is nowhere greater (eq. 5 has a maximum principle). */
+  greatestShift(): number {
+    const { prop, virtual } = this.surface;
+    const affine = this.state.goal !== null;
+    const [from, to] = [new Vector3(), new Vector3()];
+    let greatest = 0;
+    for (let at = 0; at < prop.length; at += 3) {
+      from.fromArray(prop, at);
+      if (affine) to.copy(from).applyMatrix4(this.virtual.matrix);
+      else to.fromArray(virtual, at);
+      greatest = Math.max(greatest, from.distanceToSquared(to));
+    }
+    return Math.sqrt(greatest);
   }
 
   /** Colours of the prop's vertices, to be changed in place; see `paint`. */

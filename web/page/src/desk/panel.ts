@@ -1,11 +1,10 @@
 import { html, nothing, render, type TemplateResult } from "lit-html";
 import type { Context } from "../context.js";
-import type { CheckLine, Placement, Progress, Task } from "../live/messages.js";
+import type { CheckLine, Placement } from "../live/messages.js";
 import { certificatePanel } from "./certificate.js";
 import { FIELDS, type FieldName, type Scale } from "./fields.js";
 import type { GizmoMode } from "./gizmo.js";
 import { legend, number } from "./legend.js";
-import type { Reading } from "./probe.js";
 import type { Axis, SliceMode } from "./slice.js";
 
 /** What the panel shows, kept by the desk. */
@@ -20,13 +19,7 @@ export interface Shown {
   readonly gizmoMode: GizmoMode;
   readonly prop: string | null;
   readonly placement: Placement | null;
-  readonly pinned: boolean;
-  readonly reading: Reading | null;
-  readonly progress: ReadonlyMap<Task, Progress>;
-  readonly failures: ReadonlyMap<Task, string>;
-  readonly note: string;
   readonly chosen: CheckLine | null;
-  readonly connected: boolean;
   /** Of the λ slider, while it is being dragged. */
   readonly weightShare: number | null;
 }
@@ -35,6 +28,7 @@ export interface Shown {
 export interface Actions {
   field(name: FieldName): void;
   split(split: boolean): void;
+  home(): void;
   slice(change: { mode?: SliceMode; axis?: Axis; share?: number }): void;
   gizmo(mode: GizmoMode): void;
   choose(prop: string): void;
@@ -45,7 +39,6 @@ export interface Actions {
   check(line: CheckLine): void;
 }
 
-const TASKS = { bases: "Preparing live changes", solve: "Solving", check: "Checking" } as const;
 const MOST_WEIGHT = 1000;
 const LEAST_WEIGHT = 0.1;
 
@@ -56,11 +49,14 @@ export function renderPanel(into: HTMLElement, context: Context, shown: Shown, a
 function panel(context: Context, shown: Shown, act: Actions): TemplateResult {
   const { state } = context;
   return html`
-    ${work(context, shown)}
     <section>
-      <h2>Look</h2>
+      <div class="row">
+        <h2>Look</h2>
+        <button class="small" name="home" @click=${act.home}>Show all</button>
+      </div>
       ${choices(
         "split",
+        "How felt and seen are shown",
         [
           ["true", "Side by side"],
           ["false", "Together"],
@@ -69,7 +65,7 @@ function panel(context: Context, shown: Shown, act: Actions): TemplateResult {
         (v) => act.split(v === "true"),
       )}
       <h3>Colour of what is felt</h3>
-      ${choices("field", [["none", "Plain"], ...FIELDS.map((f) => [f.name, f.title] as const)], shown.field, act.field)}
+      ${choices("field", "Colour of what is felt", [["none", "Plain"], ...FIELDS.map((f) => [f.name, f.title] as const)], shown.field, act.field)}
       ${FIELDS.filter((f) => f.name === shown.field).map(
         (f) => html`<p class="quiet">${f.explanation}</p>
           ${legend(f, shown.scale, state.marks, state.tolerance_mm)}`,
@@ -77,6 +73,7 @@ function panel(context: Context, shown: Shown, act: Actions): TemplateResult {
       <h3>Slice through space</h3>
       ${choices(
         "slice",
+        "Slice through space",
         [
           ["off", "Off"],
           ["arrows", "Arrows"],
@@ -102,26 +99,11 @@ function panel(context: Context, shown: Shown, act: Actions): TemplateResult {
     <footer>${exactness(context)}<br />touchwarp ${state.version}</footer>`;
 }
 
-function work(context: Context, shown: Shown): TemplateResult {
-  const { state } = context;
-  return html`<div class="work" aria-live="polite">
-    ${[...shown.progress.values()].map(
-      (p) => html`<div class="task" data-task=${p.task}>
-        <span>${TASKS[p.task]} <em>${p.step}</em></span>
-        <progress max="1" .value=${p.done}></progress>
-      </div>`,
-    )}
-    ${[...shown.failures].map(([task, reason]) => html`<p class="failure" data-task=${task}>${reason}</p>`)}
-    ${context.tables.problem ? html`<p class="failure">${context.tables.problem}</p>` : nothing}
-    ${shown.note ? html`<p class="note">${shown.note}</p>` : nothing}
-    ${state.live && !shown.connected ? html`<p class="failure">The server is gone; trying again …</p>` : nothing}
-  </div>`;
-}
-
 function slice(shown: Shown, act: Actions): TemplateResult {
   return html`
     ${choices(
       "axis",
+      "Across which axis",
       [
         ["0", "x"],
         ["1", "y"],
@@ -131,7 +113,7 @@ function slice(shown: Shown, act: Actions): TemplateResult {
       (v) => act.slice({ axis: Number(v) as Axis }),
     )}
     <label class="slider">
-      <input name="slice-share" type="range" min="0" max="1" step="0.001" .value=${String(shown.sliceShare)}
+      <input name="slice-share" type="range" aria-label="Where the slice is" min="0" max="1" step="0.001" .value=${String(shown.sliceShare)}
         @input=${(e: Event) => act.slice({ share: Number((e.target as HTMLInputElement).value) })} />
       <output>${"xyz"[shown.sliceAxis]} = ${(1e3 * shown.slicePlace).toFixed(0)} mm</output>
     </label>
@@ -150,6 +132,7 @@ function virtualObject(context: Context, shown: Shown, act: Actions): TemplateRe
       movable.length > 1
         ? choices(
             "prop",
+            "Whose virtual object",
             movable.map((p) => [p.name, p.name] as const),
             shown.prop ?? "",
             act.choose,
@@ -158,6 +141,7 @@ function virtualObject(context: Context, shown: Shown, act: Actions): TemplateRe
     }
     ${choices(
       "gizmo",
+      "What dragging does",
       [
         ["translate", "Move"],
         ["rotate", "Turn"],
@@ -170,7 +154,7 @@ function virtualObject(context: Context, shown: Shown, act: Actions): TemplateRe
       shown.placement === null
         ? nothing
         : html`<table class="numbers">
-          <tr><th></th><th>x</th><th>y</th><th>z</th></tr>
+          <tr><th></th>${["x", "y", "z"].map((axis) => html`<th scope="col">${axis}</th>`)}</tr>
           ${numbers("Shift", "mm", shown.placement, "translation", 1e3, 1, act)}
           ${numbers("Turn", "°", shown.placement, "rotation_deg", 1, 1, act)}
           ${numbers("Scale", "×", shown.placement, "scale", 1, 0.05, act)}
@@ -203,7 +187,7 @@ function numbers(
     act.place({ ...placement, [key]: placement[key].map((old, i) => (i === axis ? value : old)) });
   };
   return html`<tr>
-    <th>${title} <small>${unit}</small></th>
+    <th scope="row">${title}, ${unit}</th>
     ${placement[key].map(
       (value, axis) => html`<td><input type="number" name=${`${key}-${axis}`} step=${step}
         aria-label=${`${title} ${"xyz"[axis]}`} .value=${number(value * factor)}
@@ -218,7 +202,7 @@ function weight(context: Context, shown: Shown, act: Actions): TemplateResult {
   const told = shown.weightShare === null ? state.mismatch_weight : weightAt(share);
   const at = (event: Event) => Number((event.target as HTMLInputElement).value);
   return html`<label class="slider">
-      <input name="weight" type="range" min="0" max="1" step="0.01" .value=${String(share)}
+      <input name="weight" type="range" aria-label="Locality λ" aria-valuetext=${number(told)} min="0" max="1" step="0.01" .value=${String(share)}
         ?disabled=${!state.solvable}
         @input=${(event: Event) => act.weightTold(at(event))}
         @change=${(event: Event) => act.weight(weightAt(at(event)))} />
@@ -245,8 +229,10 @@ function shareOf(weight: number): number {
 function exactness(context: Context): TemplateResult {
   const { tables } = context;
   const { file, current } = tables;
-  if (file === null || current === null) return html`The warp is on its way.`;
-  const what = tables.exact ? "Warp" : "Live warp";
+  if (file === null || current === null) {
+    return html`<span class="exactness">No warp yet: it is being solved, or on its way.</span>`;
+  }
+  const what = tables.exact ? "Warp" : tables.instant ? "Live warp" : "Warp before the last change";
   const error = tables.errorMm;
   return html`<span class="exactness" data-exact=${String(tables.exact)}>
     ${what}: ${(file.size / 1e6).toFixed(1)} MB as float16, which adds ${number(tables.addedErrorMm)} mm;
@@ -256,11 +242,12 @@ function exactness(context: Context): TemplateResult {
 
 function choices<T extends string>(
   name: string,
+  label: string,
   options: readonly (readonly [T, string])[],
   chosen: T,
   choose: (value: T) => void,
 ): TemplateResult {
-  return html`<div class="choices" role="radiogroup" aria-label=${name}>
+  return html`<div class="choices" role="radiogroup" aria-label=${label}>
     ${options.map(
       ([value, title]) => html`<label>
         <input type="radio" name=${name} value=${value} .checked=${value === chosen} @change=${() => choose(value)} />

@@ -46,10 +46,11 @@ class RecordingControls {
 
   /** In desk mode the probe is what is recorded. */
   #record(): void {
-    const { probe } = this.desk;
+    const { probe, stage } = this.desk;
     const step = (time: number) => {
       const { recorder, tables } = this.context;
-      if (recorder.recording && probe.visible && probe.reading !== null) {
+      // in the headset it is the person's own hands
+      if (recorder.recording && !stage.paused && probe.reading !== null) {
         const touching = probe.reading.touching === null ? 0 : 1 << 1;
         const identity = tables.file?.identity ?? "none";
         const { realPoses, displayedPoses, radii } = probe;

@@ -16,6 +16,7 @@ import {
   Mesh,
   MeshBasicMaterial,
   MeshStandardMaterial,
+  type Plane,
   PlaneGeometry,
   Quaternion,
   type Ray,
@@ -79,9 +80,13 @@ export class Slice extends Group {
     this.visible = false;
   }
 
-  /** The box that the plane moves through. */
-  set box(box: Box3) {
-    this.#box.copy(box);
+  /** Move through the surroundings of a box, within ∂Ω1 and above tables. */
+  surround(around: Box3, outer: Box3, tables: readonly Plane[]): void {
+    const size = around.getSize(new Vector3());
+    this.#box.copy(around).expandByVector(size.multiplyScalar(0.45)).intersect(outer);
+    for (const { normal, constant } of tables) {
+      if (normal.z > 0.999) this.#box.min.z = Math.max(this.#box.min.z, -constant + 1e-4);
+    }
   }
 
   /** Where the plane stands along its axis, m. */
@@ -90,14 +95,17 @@ export class Slice extends Group {
     return low + this.share * (this.#box.max.getComponent(this.axis) - low);
   }
 
-  /** Draw the plane anew, after any change or with another warp. */
-  update(warp: Warp | null): void {
+  /**
+   * Draw the plane anew, after any change or with another warp.
+   * @param most the greatest |u| anywhere, m: the end of the arrows' colours.
+   */
+  update(warp: Warp | null, most: number): void {
     this.visible = this.mode !== "off" && warp !== null;
     if (!this.visible || warp === null) return;
     this.#placeFrame();
     this.#arrows.visible = this.mode === "arrows";
     this.#real.visible = this.#warped.visible = this.mode === "lattice";
-    if (this.mode === "arrows") this.#drawArrows(warp);
+    if (this.mode === "arrows") this.#drawArrows(warp, most);
     else this.#drawLattice(warp);
   }
 
@@ -162,7 +170,7 @@ export class Slice extends Group {
     this.#knob.scale.setScalar(0.016 * size.length());
   }
 
-  #drawArrows(warp: Warp): void {
+  #drawArrows(warp: Warp, most: number): void {
     const points = new Float64Array(3 * ARROWS * ARROWS);
     const place = new Vector3();
     for (let i = 0; i < ARROWS; i++) {
@@ -173,7 +181,6 @@ export class Slice extends Group {
     }
     const moves = new Float64Array(points.length);
     warp.displacement(points, moves);
-    const most = warp.maxDisplacement || 1;
     const width = 0.0032 * this.#box.getSize(new Vector3()).length();
     const [u, turn, matrix] = [new Vector3(), new Quaternion(), new Matrix4()];
     const [up, scale, colour] = [new Vector3(0, 1, 0), new Vector3(), new Color()];
@@ -185,7 +192,10 @@ export class Slice extends Group {
         turn.setFromUnitVectors(up, u.divideScalar(length));
         const thick = Math.min(width, 0.35 * length);
         matrix.compose(place, turn, scale.set(thick, length, thick));
-        this.#arrows.setColorAt(n, colour.set(interpolateViridis(Math.min(1, length / most))));
+        this.#arrows.setColorAt(
+          n,
+          colour.set(interpolateViridis(Math.min(1, length / Math.max(most, LEAST)))),
+        );
       } else {
         matrix.makeScale(0, 0, 0);
         this.#arrows.setColorAt(n, colour.set(0));

@@ -1,6 +1,6 @@
 import {
   ACESFilmicToneMapping,
-  type Box3,
+  Box3,
   DirectionalLight,
   HemisphereLight,
   MOUSE,
@@ -38,6 +38,7 @@ export class Stage {
   #asked = false;
   #paused = true;
   #flight: ((time: number) => boolean) | null = null;
+  #all = new Box3();
   #sun: DirectionalLight;
 
   constructor(
@@ -92,8 +93,28 @@ export class Stage {
     if (!paused) this.draw();
   }
 
+  get paused(): boolean {
+    return this.#paused;
+  }
+
+  /** Show all, as in the beginning. */
+  home(): void {
+    this.frame(this.#all);
+  }
+
+  /** Come to this many times the distance. */
+  nearer(factor: number): void {
+    const { target, minDistance, maxDistance } = this.orbit;
+    const away = this.camera.position.clone().sub(target);
+    const distance = Math.min(Math.max(factor * away.length(), minDistance), maxDistance);
+    this.camera.position.copy(target).add(away.setLength(distance));
+    this.orbit.update();
+  }
+
   /** Look at a box from the front, half from above. */
   frame(box: Box3): void {
+    this.#all.copy(box);
+    this.#flight = null;
     const ball = box.getBoundingSphere(new Sphere());
     this.orbit.target.copy(ball.center);
     const away = new Vector3(0.42, -1, 0.62).normalize().multiplyScalar(5.6 * ball.radius);

@@ -135,6 +135,7 @@ export interface Finished {
 /** A message of the page's that was not carried out, and why. */
 export interface Refused {
   readonly kind: "refused";
+  readonly about: "change_scene" | "save_scene" | "begin_recording" | "end_recording" | "chunk" | null;
   readonly reason: string;
 }
 
@@ -144,16 +145,6 @@ export interface ChangeScene {
   readonly mismatch_weight?: number | null;
   readonly goals?: Readonly<Record<string, Placement>>;
   readonly poses?: Readonly<Record<string, Pose>>;
-}
-
-/** Make the certificate of the current warp. */
-export interface Certify {
-  readonly kind: "certify";
-}
-
-/** Solve the bases for instant goals. */
-export interface PrepareBases {
-  readonly kind: "prepare_bases";
 }
 
 /** Write the changed scene back to its file. */
@@ -190,4 +181,4 @@ export interface ChunkHeader {
 
 export type FromServer = SceneState | Progress | Failed | Saved | Acknowledged | Finished | Refused;
 
-export type FromPage = ChangeScene | Certify | PrepareBases | SaveScene | BeginRecording | EndRecording;
+export type FromPage = ChangeScene | SaveScene | BeginRecording | EndRecording;

@@ -1,10 +1,11 @@
 import type { Connection } from "./connection.js";
-import type { BeginRecording, ChunkHeader, FromServer } from "./messages.js";
+import type { BeginRecording, ChunkHeader, FromServer, Refused } from "./messages.js";
 import { COLUMNS, packChunk, unpackChunk, writeRow } from "./rows.js";
 import { ChunkStore, type Kept } from "./store.js";
 
 const ROWS_A_CHUNK = 144; // two hands for a second at 72 Hz
 const MOST_MS_A_CHUNK = 1000;
+const OF_RECORDINGS: readonly Refused["about"][] = ["begin_recording", "chunk", "end_recording"];
 
 /** What of the recorder the page shows. */
 export interface RecorderStatus {
@@ -46,6 +47,8 @@ export class Recorder {
     });
     this.#write(() => this.#resend());
     addEventListener("pagehide", () => this.#closeChunk());
+    // a headset that is taken off hides the page, and may never come back to it
+    document.addEventListener("visibilitychange", () => this.#closeChunk());
   }
 
   get recording(): boolean {
@@ -94,7 +97,7 @@ export class Recorder {
     return begin.recording;
   }
 
-  /** One hand of one frame; does nothing unless recording. See `writeRow`. */
+  /** One hand of one frame, its time in ms; does nothing unless recording. See `writeRow`. */
   frame(
     time: number,
     hand: 0 | 1,
@@ -117,7 +120,7 @@ export class Recorder {
     this.#rows++;
   }
 
-  /** Remember an event as text, with its time. */
+  /** Remember an event as text, with its time in ms. */
   note(time: number, text: string): void {
     if (this.#begin !== null) this.#notes.push(`${time} ${text}`.slice(0, 2000));
   }
@@ -193,7 +196,7 @@ export class Recorder {
       this.#changed();
     } else if (message.kind === "finished") {
       void this.forget(message.recording);
-    } else if (message.kind === "refused" && /recording/i.test(message.reason)) {
+    } else if (message.kind === "refused" && OF_RECORDINGS.includes(message.about)) {
       setTimeout(() => this.#write(() => this.#resend()), this.#patience);
       this.#patience = Math.min(2 * this.#patience, 60_000);
     }

@@ -1,29 +1,42 @@
 import { type AffineBases, type AffineWarp, openWarp, type Warp } from "touchwarp";
 import type { Matrix, SceneState, WarpFile } from "./messages.js";
 
+/** A table that is here or on its way, with the scene that it was made for. */
+interface Held<Table> {
+  readonly file: WarpFile;
+  /** The goals and props for which it holds. */
+  readonly scene: string;
+  /** Null until its first level has come. */
+  table: Table | null;
+}
+
 /**
  * The warp in use: the exact one where it belongs to the goals shown, else the instant one that the
- * bases give. Files are fetched when the state names new ones, and used from their first level on.
+ * bases give. Files are fetched when the state names new ones, and used from their first level on,
+ * once they are the better ones.
  */
 export class Tables {
-  /** The warp that hands go through now; null until a first level has come. */
+  /** The warp that hands go through now; null until one that holds for the scene shown has come. */
   current: Warp | null = null;
-  /** Whether `current` is the solved warp of the goals shown. */
+  /** Whether `current` is the solved warp of the scene shown. */
   exact = false;
   /** Counts every change of `current` and of its levels. */
   version = 0;
   problem: string | null = null;
 
-  #warp: Warp | null = null;
-  #warpFile: WarpFile | null = null;
-  #bases: AffineBases | null = null;
-  #basesFile: WarpFile | null = null;
+  #warp: Held<Warp> | null = null;
+  /** The solved warp that is on its way, while `#warp` is still the one before. */
+  #next: Held<Warp> | null = null;
+  #bases: Held<AffineBases> | null = null;
   #instant: AffineWarp | null = null;
   #goals = new Map<string, Float64Array>();
-  #stateGoals = "";
+  #scene = "";
   #moved = false;
   #warpCurrent = false;
   #listeners = new Set<() => void>();
+
+  /** @param open how a file is opened: as it arrives. */
+  constructor(readonly open: typeof openWarp = openWarp) {}
 
   listen(listener: () => void): () => void {
     this.#listeners.add(listener);
@@ -32,21 +45,18 @@ export class Tables {
 
   /** The file of `current`. */
   get file(): WarpFile | null {
-    return this.exact ? this.#warpFile : this.#basesFile;
+    if (this.current === null) return null;
+    return this.current === this.#instant ? this.#bases!.file : this.#warp!.file;
   }
 
   /** The estimated error of `current` in mm, what float16 adds included; null where unknown. */
   get errorMm(): number | null {
-    const file = this.file;
-    if (file === null) return null;
-    const bound = this.exact ? file.estimated_error_max_mm : (this.#instant?.errorBoundMm ?? null);
-    return bound === null ? null : bound + this.addedErrorMm;
+    return this.current === this.#instant ? this.#instantError() : this.#solvedError();
   }
 
   /** What float16, and levels that are still on their way, add to the error, mm. */
   get addedErrorMm(): number {
-    const told = this.current?.addedErrorMm ?? Number.NaN;
-    return Number.isNaN(told) ? (this.file?.storage_error_mm ?? 0) : told;
+    return addedError(this.current, this.file);
   }
 
   /** Whether virtual objects can be moved with no solve. */
@@ -57,22 +67,27 @@ export class Tables {
   /** Take over what a new state names. */
   update(state: SceneState): void {
     this.#warpCurrent = state.warp_current;
-    const goals = JSON.stringify(state.props.map((prop) => prop.goal));
-    if (goals !== this.#stateGoals) {
-      this.#stateGoals = goals;
-      for (const prop of state.props) {
-        if (prop.goal !== null) this.#goals.set(prop.name, columns(prop.goal));
-      }
+    const scene = JSON.stringify(
+      state.props.map(({ goal, pose, surface }) => [goal, pose, surface]),
+    );
+    if (scene !== this.#scene) {
+      this.#scene = scene;
+      this.#takeGoals(state);
     }
     if (state.warp_current) this.#moved = false;
-    if (state.warp !== null && state.warp.identity !== this.#warpFile?.identity) {
-      void this.#fetchWarp(state.warp);
-    }
+    if (state.warp !== null && state.warp_current) this.#hold(state.warp);
     if (state.bases === null) {
-      this.#bases = this.#instant = this.#basesFile = null;
-    } else if (state.bases.identity !== this.#basesFile?.identity) {
+      this.#bases = this.#instant = null;
+    } else if (state.bases.identity !== this.#bases?.file.identity) {
       void this.#fetchBases(state.bases);
     }
+    this.#choose();
+  }
+
+  /** Take back what was moved since the state was told. */
+  restore(state: SceneState): void {
+    this.#takeGoals(state);
+    this.#moved = false;
     this.#choose();
   }
 
@@ -88,57 +103,111 @@ export class Tables {
     return this.#goals.get(prop);
   }
 
+  #takeGoals(state: SceneState): void {
+    for (const prop of state.props) {
+      if (prop.goal !== null) this.#goals.set(prop.name, columns(prop.goal));
+    }
+  }
+
+  /** The solved warp of the scene as it now is: the one that is here, or a new one to be fetched. */
+  #hold(file: WarpFile): void {
+    const isIt = (held: Held<Warp> | null) =>
+      held?.file.identity === file.identity && held.scene === this.#scene;
+    if (isIt(this.#next)) return;
+    this.#next = null;
+    if (!isIt(this.#warp)) void this.#fetchWarp(file);
+  }
+
   #choose(): void {
-    const exact = this.#warp !== null && this.#warpCurrent && !this.#moved;
-    const usable = exact || this.#instant === null;
-    if (!exact && this.#instant !== null) {
+    if (
+      this.#next?.table != null &&
+      this.#next.scene === this.#scene &&
+      this.#replaces(this.#next)
+    ) {
+      this.#warp = this.#next;
+      this.#next = null;
+    }
+    const warp = this.#warp;
+    const holds = warp?.table != null && warp.scene === this.#scene && !this.#moved;
+    // Of another λ, or of bases, a warp holds in contact but is not the one that is asked for.
+    const asked = holds && this.#warpCurrent && this.#next === null;
+    if (!asked && this.#instant !== null) {
       for (const [name, goal] of this.#goals) this.#instant.setGoal(name, goal);
     }
-    this.current = usable ? (exact ? this.#warp : this.#stale()) : this.#instant;
-    this.exact = usable && this.#warp !== null;
+    this.exact = asked;
+    this.current = asked ? warp.table : (this.#instant ?? (holds ? warp.table : null));
     this.#changed();
   }
 
-  /** An outdated warp is better than none only until something was moved. */
-  #stale(): Warp | null {
-    return this.#warpCurrent && !this.#moved ? this.#warp : null;
+  /** Whether a warp that is still arriving is better already than what would be in use without it. */
+  #replaces({ file, table }: Held<Warp>): boolean {
+    if (table!.levelsLoaded === table!.levelCount || this.current === null) return true;
+    const before = this.errorMm;
+    const estimate = file.estimated_error_max_mm;
+    return before === null || (estimate !== null && estimate + addedError(table, file) <= before);
+  }
+
+  #solvedError(): number | null {
+    const estimate = this.#warp?.file.estimated_error_max_mm ?? null;
+    return estimate === null ? null : estimate + this.addedErrorMm;
+  }
+
+  #instantError(): number | null {
+    const bound = this.#instant?.errorBoundMm ?? null;
+    return bound === null ? null : bound + this.addedErrorMm;
   }
 
   async #fetchWarp(file: WarpFile): Promise<void> {
-    this.#warpFile = file;
-    await this.#fetch(file, (warp) => {
-      if (this.#warpFile === file && "displayed" in warp) this.#warp = warp as Warp;
+    const held: Held<Warp> = { file, scene: this.#scene, table: null };
+    this.#next = held;
+    const whole = await this.#fetch(file, (warp) => {
+      if ("displayed" in warp) held.table = warp;
     });
+    // the next state that names it asks for it again
+    if (!whole && this.#next === held) this.#next = null;
+    if (!whole && this.#warp === held) this.#warp = null;
+    this.#choose();
   }
 
   async #fetchBases(file: WarpFile): Promise<void> {
-    this.#basesFile = file;
-    await this.#fetch(file, (bases) => {
-      if (this.#basesFile !== file || "displayed" in bases) return;
-      this.#bases = bases;
-      this.#instant = this.#bases.warp(Object.fromEntries(this.#goals));
+    const held: Held<AffineBases> = { file, scene: this.#scene, table: null };
+    this.#bases = held;
+    this.#instant = null;
+    const whole = await this.#fetch(file, (bases) => {
+      if (this.#bases !== held || "displayed" in bases) return;
+      held.table = bases;
+      this.#instant = bases.warp(Object.fromEntries(this.#goals));
     });
+    if (!whole && this.#bases === held) this.#bases = this.#instant = null;
+    this.#choose();
   }
 
-  async #fetch(file: WarpFile, use: (table: Warp | AffineBases) => void): Promise<void> {
+  /** Whether all of it came; `use` is told when it can be used. */
+  async #fetch(file: WarpFile, use: (table: Warp | AffineBases) => void): Promise<boolean> {
     try {
-      const arriving = await openWarp(new URL(file.url, document.baseURI), {
-        onLevel: () => this.#changed(),
+      const arriving = await this.open(new URL(file.url, document.baseURI), {
+        onLevel: () => this.#choose(),
       });
       use(arriving.warp);
       this.#choose();
       await arriving.complete;
       this.problem = null;
+      return true;
     } catch (error) {
       this.problem = error instanceof Error ? error.message : String(error);
+      return false;
     }
-    this.#choose();
   }
 
   #changed(): void {
     this.version++;
     for (const listener of this.#listeners) listener();
   }
+}
+
+function addedError(table: Warp | null, file: WarpFile | null): number {
+  const told = table?.addedErrorMm ?? Number.NaN;
+  return Number.isNaN(told) ? (file?.storage_error_mm ?? 0) : told;
 }
 
 /** Rows of a matrix as the column-major array that the runtime and three.js want. */

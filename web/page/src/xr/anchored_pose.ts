@@ -5,36 +5,63 @@ import { Pose } from "../calibrate/pose.js";
 export class AnchoredPose {
   #pose = new Pose();
   #anchor: XRAnchor | null = null;
+  /** Whether an anchor is still to be asked for, which only a frame can do. */
+  #unheld = false;
   #count = 0;
 
-  /** Take a newly found pose; without a frame it keeps no anchor. */
-  set(pose: Pose, frame?: XRFrame, room?: XRReferenceSpace): void {
+  /** Whether an anchor of the device holds the pose. */
+  get held(): boolean {
+    return this.#anchor !== null;
+  }
+
+  /** Take a newly found pose. */
+  set(pose: Pose): void {
     this.#pose = pose;
-    this.#anchor?.delete();
-    this.#anchor = null;
-    const count = ++this.#count;
-    if (!frame?.createAnchor || !room) return;
-    const { x, y, z } = pose.place;
-    const turn = pose.turn;
-    const where = new XRRigidTransform({ x, y, z }, { x: turn.x, y: turn.y, z: turn.z, w: turn.w });
+    this.#release();
+    this.#unheld = true;
+  }
+
+  /** The pose at this frame. */
+  now(frame: XRFrame, room: XRReferenceSpace): Pose {
+    if (this.#unheld) this.#hold(frame, room);
+    if (this.#anchor && frame.trackedAnchors?.has(this.#anchor) === false) this.#anchor = null;
+    const pose = this.#anchor && frame.getPose(this.#anchor.anchorSpace, room);
+    if (pose) this.#pose = poseOf(new Matrix4().fromArray(pose.transform.matrix));
+    return this.#pose;
+  }
+
+  /** The room's origin is elsewhere now: at `T_before_now` as seen from where it was. */
+  originMoved(T_before_now: Matrix4): void {
+    if (this.#anchor) return; // the device has moved it already
+    const T = T_before_now.clone().invert().multiply(this.#pose.matrix());
+    this.#pose = poseOf(T);
+  }
+
+  #hold(frame: XRFrame, room: XRReferenceSpace): void {
+    this.#unheld = false;
+    const count = this.#count;
+    if (!frame.createAnchor) return;
+    const { place, turn } = this.#pose;
+    const [{ x, y, z }, w] = [turn, turn.w];
+    const where = new XRRigidTransform({ x: place.x, y: place.y, z: place.z }, { x, y, z, w });
     frame.createAnchor(where, room)?.then(
       (anchor) => {
         if (count !== this.#count) return anchor.delete();
         this.#anchor = anchor;
       },
-      () => {}, // A device without anchors keeps the pose in its reference space.
+      () => {}, // A device that cannot anchor here keeps the pose in its reference space.
     );
   }
 
-  /** The pose at this frame. */
-  now(frame: XRFrame, room: XRReferenceSpace): Pose {
-    if (!this.#anchor) return this.#pose;
-    const pose = frame.getPose(this.#anchor.anchorSpace, room);
-    if (!pose) return this.#pose;
-    const matrix = new Matrix4().fromArray(pose.transform.matrix);
-    const [place, turn, size] = [new Vector3(), new Quaternion(), new Vector3()];
-    matrix.decompose(place, turn, size);
-    this.#pose = new Pose(turn, place);
-    return this.#pose;
+  #release(): void {
+    this.#count++;
+    this.#anchor?.delete();
+    this.#anchor = null;
   }
+}
+
+function poseOf(matrix: Matrix4): Pose {
+  const [place, turn] = [new Vector3(), new Quaternion()];
+  matrix.decompose(place, turn, new Vector3());
+  return new Pose(turn, place);
 }

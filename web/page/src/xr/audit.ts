@@ -41,21 +41,36 @@ export interface SettledContact {
 const WINDOW = 24;
 /** One sigma of what tracking does to one touch, and of what calibration leaves, m, per axis. */
 const TRACKING = 0.005;
-const CALIBRATION = 0.004;
+const CALIBRATION = 0.008;
+/** Nobody touches more alike than this, m. */
+const LEAST_TRACKING = 0.003;
+/** A touch that misses by more than this times its sigma was something else: it counts little. */
+const ODD = 1.5;
+const ROUNDS = 8;
+/** A shift that asks for another calibration: as long as this, m, by so many contacts, and one that
+ * chance gives to less than a hundredth of those whose prop stands still. */
+const DRIFTED = 0.006;
+const LEAST_CONTACTS = 8;
+const SURPRISING = 13;
 
 /**
  * Takes the gaps of contacts apart.
  *
  * A prop that is not where it was calibrated shows as gaps n·d with one d for all contacts, which is
- * what a new calibration would mend; d is the most likely one given Gaussian priors of both. What is
- * left of a gap is tracking's.
+ * what a new calibration would mend; d is the most likely one given a Gaussian prior of d and tracking
+ * whose errors have long tails (Cauchy's). What is left of a gap is tracking's.
  */
 export class TouchAudit {
   readonly contacts: AuditedContact[] = [];
+  /** d: the shift of what is displayed that explains the recent gaps best, m. */
+  shift = new Vector3();
+  /** d over its own uncertainty, squared (χ² of three freedoms if the prop has not moved). */
+  #surprise = 0;
   #recent: SettledContact[] = [];
 
   add(contact: SettledContact): AuditedContact {
     this.#recent = [...this.#recent.slice(1 - WINDOW), contact];
+    [this.shift, this.#surprise] = commonShift(this.#recent);
     const { gapAtContact, gapSettled, warp, normal, ...rest } = contact;
     const calibration = normal.dot(this.shift);
     const audited = {
@@ -74,19 +89,8 @@ export class TouchAudit {
   restart(): void {
     this.#recent = [];
     this.contacts.length = 0;
-  }
-
-  /** d: the shift of what is displayed that explains the recent gaps best, m. */
-  get shift(): Vector3 {
-    const left = Matrix.eye(3).mul(CALIBRATION ** -2);
-    const right = Matrix.zeros(3, 1);
-    for (const { normal, gapSettled, warp } of this.#recent) {
-      const n = Matrix.columnVector(normal.toArray());
-      left.add(n.mmul(n.transpose()).mul(TRACKING ** -2));
-      right.add(Matrix.mul(n, (gapSettled - warp) * TRACKING ** -2));
-    }
-    const [x, y, z] = inverse(left).mmul(right).to1DArray();
-    return new Vector3(x, y, z);
+    this.shift = new Vector3();
+    this.#surprise = 0;
   }
 
   /**
@@ -131,8 +135,34 @@ export class TouchAudit {
 
   /** Whether the prop seems to have moved since it was calibrated: time to do it again. */
   get hasDrifted(): boolean {
-    return this.#recent.length >= 8 && this.shift.length() > 0.006;
+    const enough = this.#recent.length >= LEAST_CONTACTS;
+    return enough && this.shift.length() > DRIFTED && this.#surprise > SURPRISING;
   }
+}
+
+/** d by iteratively reweighted least squares, and its size over its uncertainty, squared. */
+function commonShift(contacts: readonly SettledContact[]): [Vector3, number] {
+  let shift = new Vector3();
+  let left = Matrix.zeros(3, 3);
+  const missed = ({ normal, gapSettled, warp }: SettledContact) =>
+    gapSettled - warp - normal.dot(shift);
+  for (let round = 0; round < ROUNDS; round++) {
+    left = Matrix.eye(3).mul(CALIBRATION ** -2);
+    const right = Matrix.zeros(3, 1);
+    for (const contact of contacts) {
+      const odd = round === 0 ? 0 : missed(contact) / (ODD * TRACKING);
+      const weight = TRACKING ** -2 / (1 + odd * odd);
+      const n = Matrix.columnVector(contact.normal.toArray());
+      left.add(n.mmul(n.transpose()).mul(weight));
+      right.add(Matrix.mul(n, (contact.gapSettled - contact.warp) * weight));
+    }
+    shift = new Vector3(...inverse(left).mmul(right).to1DArray());
+  }
+  const sizes = contacts.map((contact) => Math.abs(missed(contact))).sort((a, b) => a - b);
+  const sigma = Math.max(1.4826 * sizes[sizes.length >> 1]!, LEAST_TRACKING);
+  const d = Matrix.columnVector(shift.toArray());
+  const surprise = d.transpose().mmul(left).mmul(d).get(0, 0) * (TRACKING / sigma) ** 2;
+  return [shift, surprise];
 }
 
 /** Two digits at least below 10 mm, so that the shares still add up when they are read. */

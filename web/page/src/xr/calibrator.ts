@@ -1,44 +1,56 @@
 import { Vector3 } from "three";
-import { type Calibration, calibrate } from "../calibrate/assess.js";
+import type { Calibration } from "../calibrate/assess.js";
 import {
   type Contact,
-  HEADSET_HANDS,
   type NamedPoint,
   namedTouch,
   type Stroke,
   trimStrokes,
 } from "../calibrate/contact.js";
-import { nextTouch, type Suggestion } from "../calibrate/nextTouch.js";
+import { Finder } from "../calibrate/finder.js";
+import type { Suggestion } from "../calibrate/nextTouch.js";
+import { placesToTouch } from "../calibrate/places.js";
 import type { Freedom } from "../calibrate/pose.js";
-import type { Task } from "../calibrate/register.js";
-import { doubtIsHarmless } from "../calibrate/symmetry.js";
 import { isFresh, VERIFY_TOUCHES, type Verification, verify } from "../calibrate/verify.js";
 import type { PropModel } from "./prop_model.js";
 
-const UP = new Vector3(0, 1, 0);
 /** A stroke that stays within this is a touch of one place, m. */
 const ONE_PLACE = 0.012;
+/** Samples of a stroke that tells anything. */
+const LEAST_SAMPLES = 8;
+const NAMED_PLACES = 12;
+
+/** How a person finds a prop: rubs all over it, or touches the places that are shown. */
+export type Way = "rub" | "places";
 
 /** Collects the touches of one prop until it is known where it stands. */
 export class Calibrator {
   calibration: Calibration | null = null;
   /** Where to touch next; null before there is a first guess. */
   suggestion: Suggestion | null = null;
+  /** Whether the pose can be used. */
+  done = false;
+  way: Way = "rub";
   readonly touches: Contact[] = [];
   verification: Verification | null = null;
+  /** Called when the touches have told something. */
+  found: () => void = () => {};
+  #finder: Finder;
+  #places: readonly NamedPoint[];
   #strokes: Stroke[] = [];
   #stroke: Contact[] = [];
 
   constructor(
     readonly prop: PropModel,
     readonly freedom: Freedom,
-  ) {}
+  ) {
+    this.#finder = new Finder(prop);
+    this.#places = placesToTouch(prop.surface, NAMED_PLACES);
+  }
 
-  /** Whether the pose can be used. */
-  get done(): boolean {
-    const { calibration, prop } = this;
-    if (!calibration) return false;
-    return calibration.doubts.length === 0 || doubtIsHarmless(prop, calibration);
+  /** Whether what the last touches tell is being worked out. */
+  get busy(): boolean {
+    return this.#finder.busy;
   }
 
   /** Samples of the stroke under way. */
@@ -46,24 +58,39 @@ export class Calibrator {
     return this.#stroke.length;
   }
 
+  get strokes(): number {
+    return this.#strokes.length;
+  }
+
+  /** The samples of all strokes, for the picture. */
+  *samples(): Iterable<Contact> {
+    for (const stroke of this.#strokes) yield* stroke;
+    yield* this.#stroke;
+  }
+
+  /** The place that a finger which stays is taken to touch; null where none is shown. */
+  get place(): NamedPoint | null {
+    if (this.suggestion) return this.suggestion;
+    return this.way === "places" ? (this.#places[this.#strokes.length] ?? null) : null;
+  }
+
   sample(contact: Contact): void {
     this.#stroke.push(contact);
   }
 
-  /** The finger has left the prop: take the stroke in and say anew where the prop stands. */
-  endStroke(): void {
+  /** The finger has left the prop: take the stroke in; `found` is called when it has told all.
+   * @returns whether it was long enough */
+  endStroke(): boolean {
     const stroke = this.#takeStroke();
-    if (stroke.length < 8) return;
+    if (stroke.length < LEAST_SAMPLES) return false;
     this.#strokes.push(this.#asNamed(stroke) ?? stroke);
-    const task: Task = {
-      surface: this.prop.surface,
-      contacts: trimStrokes(this.#strokes),
-      freedom: this.freedom,
-      up: UP,
-      tracking: HEADSET_HANDS,
-    };
-    this.calibration = calibrate(task);
-    this.suggestion = this.calibration && nextTouch(task, this.calibration);
+    this.#finder.find(trimStrokes(this.#strokes), this.freedom, (finding) => {
+      this.calibration = finding.calibration;
+      this.suggestion = finding.suggestion;
+      this.done = finding.calibration !== null && finding.harmless;
+      this.found();
+    });
+    return true;
   }
 
   /** The finger has left the prop: take the stroke as one touch that verifies. */
@@ -81,6 +108,12 @@ export class Calibrator {
     return VERIFY_TOUCHES - this.touches.length;
   }
 
+  /** Take over what another has found, whose scene this one is of. */
+  adopt(calibration: Calibration): void {
+    this.calibration = calibration;
+    this.done = true;
+  }
+
   /** Forget the touches that verified. */
   verifyAnew(): void {
     this.touches.length = 0;
@@ -90,9 +123,15 @@ export class Calibrator {
   /** Forget all touches. */
   restart(): void {
     this.verifyAnew();
+    this.#finder.forget();
     this.#strokes = [];
     this.#stroke = [];
     this.calibration = this.suggestion = null;
+    this.done = false;
+  }
+
+  dispose(): void {
+    this.#finder.dispose();
   }
 
   #takeStroke(): Contact[] {
@@ -101,22 +140,21 @@ export class Calibrator {
     return stroke;
   }
 
-  /** A finger that stayed in one place while one was suggested has touched that place. */
+  /** A finger that stayed in one place while one was shown has touched that place. */
   #asNamed(stroke: Stroke): Stroke | null {
-    const { suggestion, calibration } = this;
+    const { place } = this;
     const touch = middleOf(stroke);
-    if (!suggestion || !calibration || !touch) return null;
+    if (!place || !touch) return null;
     const stays = stroke.every(
       ({ tip }) => !Number.isFinite(tip.x) || tip.distanceTo(touch.tip) < ONE_PLACE,
     );
     if (!stays) return null;
-    const named: NamedPoint = { point: suggestion.point, normal: suggestion.normal };
-    return [{ ...touch, named }];
+    return [{ ...touch, named: { point: place.point, normal: place.normal } }];
   }
 }
 
 function middleOf(stroke: Stroke): Contact | null {
-  if (stroke.length < 8) return null;
+  if (stroke.length < LEAST_SAMPLES) return null;
   // The first samples lag behind the pinch that began the stroke.
   const settled = stroke.slice(Math.floor(stroke.length / 3));
   const middle = namedTouch(settled, { point: new Vector3(), normal: new Vector3() });

@@ -1,7 +1,8 @@
 import { Vector3 } from "three";
-import type { HandRetargeter, Warp } from "touchwarp";
+import type { Warp } from "touchwarp";
+import { type DisplayedHand, TIPS } from "../world/displayed_hand.js";
 import { type AuditedContact, StopDetector, TouchAudit } from "./audit.js";
-import { type HandInput, TIPS } from "./hand_input.js";
+import type { HandInput } from "./hand_input.js";
 import type { PlacedProps } from "./prop_model.js";
 
 /** Nearer than this to the prop, a fingertip's skin counts as on it, m. */
@@ -31,10 +32,9 @@ export class ContactWatch {
   update(
     time: number,
     input: HandInput,
-    displayed: Float32Array,
+    displayed: DisplayedHand,
     placed: PlacedProps,
     warp: Warp | null,
-    retargeter: HandRetargeter,
   ): number {
     this.fresh = [];
     if (!input.tracked || placed.props.length === 0) return 0;
@@ -54,11 +54,11 @@ export class ContactWatch {
       const radius = input.radius(joint);
       const leads = Math.abs(nearness) === least;
       if (Math.abs(nearness) < ON_SURFACE) touching |= 1 << finger;
-      const gap = placed.seen(shown.fromArray(displayed, 16 * joint + 12), outward) - radius;
+      const gap = placed.seen(shown.fromArray(displayed.poses, 16 * joint + 12), outward) - radius;
       skin.copy(real).addScaledVector(felt.outward, -radius);
       const detector = this.#detectors[5 * input.side + finger]!;
       const stop = detector.update(time, skin, nearness, gap, leads);
-      if (!warp || !retargeter.mayClaimContact) return;
+      if (!warp || !displayed.mayClaimContact) return;
       const told = this.#outside !== null && leads && touching & (1 << finger);
       if (!stop && !told) return;
       felt.point.toArray(place);

@@ -1,24 +1,18 @@
-import { Matrix4, Vector3 } from "three";
-import { HandRetargeter, type Warp } from "touchwarp";
+import { Matrix4 } from "three";
+import type { Warp } from "touchwarp";
 import type { Context } from "../context.js";
+import { DisplayedHand } from "../world/displayed_hand.js";
 import { ContactWatch } from "./contact_watch.js";
-import { type HandInput, TIPS } from "./hand_input.js";
+import type { HandInput } from "./hand_input.js";
 import type { PlacedProps } from "./prop_model.js";
-
-/** From here on, m, a fingertip that comes near counts more, up to this many times when it touches. */
-const NEAR = 0.03;
-const FIRST = 100;
 
 /** Both hands through the same f, with what comes of it: contacts, and rows of a recording. */
 export class Displacement {
-  /** 25 × 16 numbers a hand, left first. */
-  readonly displayed = [new Float32Array(400), new Float32Array(400)] as const;
+  /** Left first. */
+  readonly hands: readonly [DisplayedHand, DisplayedHand];
   /** Which fingertips of each hand are on a prop, bit by bit. */
   readonly touching: [number, number] = [0, 0];
   readonly watch = new ContactWatch();
-  /** How the five fingers share what no hand can meet; read by the retargeters at each frame. */
-  readonly #weights = [new Float64Array(5).fill(1), new Float64Array(5).fill(1)] as const;
-  readonly #retargeters: readonly HandRetargeter[];
   #warp: Warp | null = null;
   #source: Warp | null = null;
 
@@ -26,9 +20,12 @@ export class Displacement {
     readonly context: Context,
     readonly placed: PlacedProps,
   ) {
-    this.#retargeters = this.#weights.map(
-      (weights) => new HandRetargeter({ contact: "skin", surface: placed, weights }),
-    );
+    this.hands = [new DisplayedHand(placed), new DisplayedHand(placed)];
+  }
+
+  /** 25 × 16 numbers a hand, left first. */
+  get displayed(): readonly [Float32Array, Float32Array] {
+    return [this.hands[0].poses, this.hands[1].poses];
   }
 
   /** The share of the displacement that both hands are shown with. */
@@ -37,11 +34,7 @@ export class Displacement {
   }
 
   handWeight(side: 0 | 1): number {
-    return this.#retargeters[side]!.weight;
-  }
-
-  mayClaimContact(side: 0 | 1): boolean {
-    return this.#retargeters[side]!.mayClaimContact;
+    return this.hands[side].weight;
   }
 
   /** One frame of both hands. */
@@ -50,32 +43,20 @@ export class Displacement {
     const { recorder, tables } = this.context;
     for (const input of inputs) {
       const { side, poses, radii } = input;
-      const retargeter = this.#retargeters[side]!;
-      const shown = this.displayed[side];
-      this.#weigh(input);
-      retargeter.active = wanted;
-      retargeter.update(warp, poses, radii, time, shown);
-      const touching = this.watch.update(time, input, shown, this.placed, warp, retargeter);
+      const hand = this.hands[side];
+      hand.active = wanted;
+      hand.update(warp, poses, radii, time);
+      const touching = this.watch.update(time, input, hand, this.placed, warp);
       this.touching[side] = touching;
       for (const contact of this.watch.fresh) {
-        recorder.note(time, `contact ${JSON.stringify(contact)}`);
+        recorder.note(1e3 * time, `contact ${JSON.stringify(contact)}`);
       }
       if (recorder.recording && input.tracked) {
         const identity = tables.file?.identity ?? "";
-        recorder.frame(time, side, retargeter.weight, touching, poses, shown, radii, identity);
+        const at = 1e3 * time;
+        recorder.frame(at, side, hand.weight, touching, poses, hand.poses, radii, identity);
       }
     }
-  }
-
-  /** Fingers near the prop come first, the more the nearer, so that what touches is exact. */
-  #weigh(input: HandInput): void {
-    TIPS.forEach((joint, finger) => {
-      input.joint(joint, tip);
-      const known = Number.isFinite(tip.x) && this.placed.props.length > 0;
-      const away = known ? Math.abs(this.placed.felt(tip).distance - input.radius(joint)) : NEAR;
-      const nearness = Math.max(0, 1 - away / NEAR);
-      this.#weights[input.side][finger] = 1 + (FIRST - 1) * nearness ** 2;
-    });
   }
 
   /** The warp in use, where the props stand; a copy, since the desk has the same in its own frame. */
@@ -92,4 +73,3 @@ export class Displacement {
 }
 
 const matrix = new Matrix4();
-const tip = new Vector3();

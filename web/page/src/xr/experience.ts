@@ -1,17 +1,20 @@
 import { Matrix4, Ray, Vector3 } from "three";
 import type { Context } from "../context.js";
+import type { FromServer, SceneState } from "../live/messages.js";
 import { AnchoredPose } from "./anchored_pose.js";
-import { Calibrator } from "./calibrator.js";
+import { Calibrator, type Way } from "./calibrator.js";
+import { depict } from "./depict.js";
 import { Displacement } from "./displacement.js";
 import { HandInput } from "./hand_input.js";
 import type { Choices } from "./preflight.js";
 import { Probe } from "./probe.js";
 import { PlacedProps, PropModel } from "./prop_model.js";
+import { Resolver } from "./resolver.js";
 import { Room } from "./room.js";
 import { HandsUp, isBeyondBounds, isOutside, SEATED_RADIUS, STANDING_RADIUS } from "./safety.js";
-import { advance, backdropGoal, begin, fade, isDisplaced, type SessionEvent } from "./session.js";
-import { measuredPoses, movedProps } from "./several_props.js";
-import { instruct } from "./words.js";
+import { advance, begin, fade, isDisplaced, type SessionEvent, worldGoal } from "./session.js";
+import { measuredPoses, movedProps, standsOn } from "./several_props.js";
+import { Strokes } from "./strokes.js";
 
 /** Seconds in which the virtual room appears, and in which it goes. */
 const APPEAR = 1.5;
@@ -25,19 +28,25 @@ export class Experience {
   calibrators: Calibrator[] = [];
   placed = new PlacedProps([]);
   displacement: Displacement;
-  backdrop = 0;
+  /** How much of the virtual world is to be seen, 0 to 1. */
+  world = 0;
   notice = "";
-  #anchored = new AnchoredPose();
+  readonly anchored = new AnchoredPose();
+  #scene = "";
   #handsUp = new HandsUp();
-  #head = new Vector3();
+  #strokes = new Strokes();
+  readonly resolver: Resolver;
+  /** How props are found. */
+  way: Way = "rub";
+  /** Whether tracked hands are shown beside the displayed ones. */
+  showsGhosts = false;
+  readonly head = new Vector3();
   #gaze = new Vector3(0, 0, -1);
   #playCentre: Vector3 | null = null;
   #bounds: DOMPointReadOnly[] = [];
   #last = 0;
-  #touchingSide: 0 | 1 | null = null;
   #foundOn: 0 | 1 = 1;
-  #showGhosts = false;
-  #solving = false;
+  #loading = false;
   #unlisten: () => void;
   #probe = new Probe();
 
@@ -48,15 +57,8 @@ export class Experience {
     readonly ended: () => void,
   ) {
     this.displacement = new Displacement(context, this.placed);
-    this.#unlisten = context.listen((message) => {
-      // What else the server does (bases, a certificate) is nothing to a person in the headset.
-      if (message.kind === "progress" && this.#solving)
-        this.notice = `${message.step} ${pct(message.done)}`;
-      if (message.kind === "failed" && this.#solving) this.#resolved(message.reason);
-      if (message.kind === "state" && message.warp_current && this.#solving) {
-        void this.#load().then(() => this.#resolved(null));
-      }
-    });
+    this.resolver = new Resolver(context);
+    this.#unlisten = context.listen((message) => this.#hear(message));
     xr.addEventListener("end", () => this.#end());
     xr.addEventListener("visibilitychange", () => {
       const kind = xr.visibilityState === "visible" ? "resume" : "pause";
@@ -70,7 +72,7 @@ export class Experience {
     const { xr } = this.room.renderer;
     await this.#load();
     await xr.setSession(this.xr);
-    xr.getReferenceSpace()!.addEventListener("reset", () => this.tell({ kind: "origin moved" }));
+    xr.getReferenceSpace()!.addEventListener("reset", (event) => this.#originMoved(event));
     this.room.renderer.setAnimationLoop((time, frame) => {
       if (frame) this.#frame(time / 1000, frame);
     });
@@ -81,36 +83,68 @@ export class Experience {
   tell(event: SessionEvent): void {
     const before = this.session;
     this.session = advance(before, event);
+    const { phase } = this.session;
     if (event.kind === "redo" || event.kind === "missed") this.#restartCalibration();
-    if (event.kind === "origin moved" || event.kind === "verified") this.#verifyAnew(event);
-    if (this.session.phase === "resolve" && before.phase !== "resolve") this.#resolve();
-    if (this.session.phase === "immersed" && before.phase !== "immersed") {
-      this.#playCentre = this.#head.clone();
+    if (event.kind === "origin moved") for (const each of this.calibrators) each.verifyAnew();
+    if (phase === "resolve" && before.phase !== "resolve") this.#resolve();
+    if (phase !== "resolve" && before.phase === "resolve") this.resolver.cancel();
+    if (phase === "verify" && before.phase === "calibrate") this.room.trail.clear();
+    if (phase === "immersed" && before.phase !== "immersed") {
+      this.#playCentre = this.head.clone();
       this.displacement.watch.restart();
     }
-    this.context.recorder.note(this.#last, `${event.kind}: ${this.session.phase}`);
+    this.context.recorder.note(1e3 * this.#last, `${event.kind}: ${phase}`);
   }
 
   get calibrator(): Calibrator {
     return this.calibrators[this.session.prop]!;
   }
 
+  /** Take over the scene: in the beginning, and whenever its objects are others. */
   async #load(): Promise<void> {
-    const { state } = this.context;
-    const props = await Promise.all(state.props.map((prop) => PropModel.fetch(prop)));
-    for (const { prop } of this.calibrators) prop.dispose();
+    const { state, tables } = this.context;
+    this.#loading = true;
+    this.#scene = objectsOf(state);
+    const props = await Promise.all(
+      state.props.map((prop) => PropModel.fetch(prop, tables.goal(prop.name))),
+    );
+    this.#loading = false;
+    const before = this.calibrators;
     const { pose } = this.placed;
     this.placed = new PlacedProps(props);
     this.placed.pose = pose;
-    const before = this.calibrators;
-    this.calibrators = props.map((prop) => new Calibrator(prop, this.choices.freedom));
-    // Of a scene that was solved anew, the first prop's calibration still says where it all stands.
-    this.calibrators.forEach((each, k) => {
-      each.calibration = before[k] ? before[0]!.calibration : null;
-    });
+    // A scene that was solved anew stands where its first prop was found.
+    const known = before[0]?.calibration ?? null;
+    this.calibrators = props.map((prop) => this.#calibratorOf(prop));
+    for (const each of this.calibrators) if (known) each.adopt(known);
+    for (const each of before) {
+      each.prop.dispose();
+      each.dispose();
+    }
     this.room.furnish(props, state);
     this.displacement = new Displacement(this.context, this.placed);
     if (before.length === 0) this.session = begin(props.length);
+    if (objectsOf(this.context.state) !== this.#scene) await this.#load();
+  }
+
+  #calibratorOf(prop: PropModel): Calibrator {
+    const calibrator = new Calibrator(prop, this.choices.freedom);
+    calibrator.way = this.way;
+    calibrator.found = () => {
+      if (calibrator === this.calibrator) this.#foundPose();
+    };
+    return calibrator;
+  }
+
+  /** The scene may be changed on the desk meanwhile: its virtual objects, or where its props stand. */
+  #hear(message: FromServer): void {
+    if (message.kind !== "state" || this.session.phase === "resolve" || this.#loading) return;
+    if (objectsOf(message) === this.#scene) return;
+    const stand = (scene: string) => JSON.stringify(JSON.parse(scene).map((o: unknown[]) => o[0]));
+    const moved = stand(objectsOf(message)) !== stand(this.#scene);
+    void this.#load().then(() => {
+      if (moved) this.tell({ kind: "redo" });
+    });
   }
 
   #frame(time: number, frame: XRFrame): void {
@@ -120,11 +154,11 @@ export class Experience {
     const viewer = frame.getViewerPose(room);
     if (viewer) {
       matrix.fromArray(viewer.transform.matrix);
-      this.#head.setFromMatrixPosition(matrix);
+      this.head.setFromMatrixPosition(matrix);
       this.#gaze.set(0, 0, -1).transformDirection(matrix);
       if (this.room.panel.position.lengthSq() === 0) this.recentre();
     }
-    this.placed.pose = this.#anchored.now(frame, room);
+    this.placed.pose = this.anchored.now(frame, room);
     for (const input of this.inputs) {
       input.read(frame, this.xr.inputSources, room);
       const found = this.calibrators[0]?.calibration;
@@ -132,53 +166,61 @@ export class Experience {
         input.mendTips(found.tipOffset, this.#foundOn);
     }
     this.#keepSafe(time);
-    this.#followTouches(time, frame, room);
+    this.#followTouches(time);
+    if (this.session.phase === "resolve") this.#seeWhetherResolved();
     this.displacement.update(time, this.inputs, isDisplaced(this.session));
-    this.#picture(elapsed);
+    const goal = worldGoal(this.session);
+    this.world = fade(this.world, goal, elapsed, goal === 1 ? APPEAR : VANISH);
+    depict(this, time);
     this.#probe.show(this);
     this.room.renderer.render(this.room.scene, this.room.camera);
   }
 
   #keepSafe(time: number): void {
+    const { session } = this;
     const wrists = this.inputs.map((input) => input.poses[13]!) as [number, number];
-    if (this.#handsUp.update(this.#head.y, wrists, time))
+    if (this.#handsUp.update(this.head.y, wrists, time))
       this.tell({ kind: "pause", pause: "asked" });
-    if (!this.#playCentre || this.session.phase !== "immersed") return;
+    const lacking = this.context.tables.current === null;
+    if (lacking !== session.pauses.has("no warp")) {
+      this.tell({ kind: lacking ? "pause" : "resume", pause: "no warp" });
+    }
+    if (!this.#playCentre || session.phase !== "immersed") return;
     const radius = this.choices.standing ? STANDING_RADIUS : SEATED_RADIUS;
-    const was = this.session.pauses.has("outside");
-    const is = isOutside(this.#head, { centre: this.#playCentre, radius }, was);
+    const was = session.pauses.has("outside");
+    const is = isOutside(this.head, { centre: this.#playCentre, radius }, was);
     if (is !== was) this.tell({ kind: is ? "pause" : "resume", pause: "outside" });
   }
 
-  /** Strokes: one hand pinches and holds while the other's index fingertip is on the prop. */
-  #followTouches(time: number, frame: XRFrame, room: XRReferenceSpace): void {
+  #followTouches(time: number): void {
     const { phase } = this.session;
-    if (phase !== "calibrate" && phase !== "verify") return;
-    const pinching = this.inputs.find(({ pinch }) => pinch.closed);
-    if (this.#touchingSide === null && pinching && this.inputs[1 - pinching.side]!.tracked) {
-      this.#touchingSide = pinching.side === 0 ? 1 : 0;
-    }
-    if (this.#touchingSide === null) return;
-    if (this.inputs[1 - this.#touchingSide]!.pinch.closed) {
-      this.calibrator.sample(this.inputs[this.#touchingSide]!.sample(time));
+    if (phase !== "calibrate" && phase !== "verify") {
+      this.#strokes.drop();
       return;
     }
-    this.#foundOn = this.#touchingSide;
-    this.#touchingSide = null;
-    if (phase === "calibrate") this.#endStroke(frame, room);
-    else this.#endTouch();
+    const event = this.#strokes.follow(this.inputs, time);
+    if (event?.kind === "sample") {
+      this.calibrator.sample(event.sample);
+      if (phase === "calibrate") this.room.trail.push(event.sample);
+    } else if (event?.kind === "end") {
+      this.#foundOn = event.side;
+      if (phase === "calibrate") this.calibrator.endStroke();
+      else this.#endTouch();
+    }
   }
 
-  #endStroke(frame: XRFrame, room: XRReferenceSpace): void {
+  /** The touches of the present prop have told where it stands, more or less. */
+  #foundPose(): void {
     const { calibrator } = this;
-    calibrator.endStroke();
     const { calibration } = calibrator;
-    if (calibration) this.#anchored.set(calibration.pose, frame, room);
+    if (this.session.phase !== "calibrate" || !calibration) return;
+    this.anchored.set(calibration.pose);
     if (!calibrator.done) return;
-    const { x, z } = calibration!.pose.toRoom(calibrator.prop.surface.centre);
+    const { x, z } = calibration.pose.toRoom(calibrator.prop.surface.centre);
     this.notice = isBeyondBounds({ x, z }, this.#bounds)
       ? "Careful: the prop stands outside your play area."
       : "";
+    this.room.trail.clear();
     this.tell({ kind: "calibrated" });
   }
 
@@ -199,110 +241,52 @@ export class Experience {
     else this.tell({ kind: "missed", reason: `The touches miss (${figures}). Please rub again.` });
   }
 
-  #verifyAnew(event: SessionEvent): void {
-    if (event.kind === "origin moved") for (const each of this.calibrators) each.verifyAnew();
+  /** The device has found itself elsewhere: nothing is displaced until five touches verify again. */
+  #originMoved({ transform }: XRReferenceSpaceEvent): void {
+    if (transform) {
+      const T_before_now = new Matrix4().fromArray(transform.matrix);
+      this.anchored.originMoved(T_before_now);
+      this.#playCentre?.applyMatrix4(T_before_now.clone().invert());
+    }
+    this.recentre();
+    this.tell({ kind: "origin moved" });
   }
 
   #restartCalibration(): void {
     for (const calibrator of this.calibrators) calibrator.restart();
-    this.#touchingSide = null;
+    this.room.trail.clear();
+    this.#strokes.drop();
   }
 
   /** Several props: solve for where they really stand. */
   #resolve(): void {
+    const { planes } = this.context.state;
     const measured = measuredPoses(
       this.calibrators.map(({ prop, calibration }) => ({
         name: prop.state.name,
         scenePose: prop.state.pose,
         room: calibration!.pose,
+        onTable: this.choices.freedom === 4 && standsOn(planes, prop.surface.lowest.z),
       })),
     );
+    this.anchored.set(this.calibrators[0]!.calibration!.pose);
     const moved = movedProps(measured);
-    this.#anchored.set(this.calibrators[0]!.calibration!.pose);
-    if (moved.length === 0) {
-      this.tell({ kind: "resolved" });
-    } else if (!this.context.connection) {
-      const most = moved.reduce((one, other) => (other.shift > one.shift ? other : one));
-      this.#resolved(
-        `${most.name} stands ${mm(most.shift)} off, and there is no server to solve on.`,
-      );
-    } else {
-      this.#solving = true;
-      const poses = Object.fromEntries(moved.map(({ name, pose }) => [name, pose]));
-      this.context.connection.send({ kind: "change_scene", poses });
-    }
+    if (moved.length === 0) this.tell({ kind: "resolved" });
+    else this.resolver.begin(Object.fromEntries(moved.map(({ name, pose }) => [name, pose])));
   }
 
-  #resolved(failure: string | null): void {
-    this.#solving = false;
-    this.notice = "";
-    if (failure === null) this.tell({ kind: "resolved" });
-    else {
-      this.tell({ kind: "unresolved", reason: failure });
+  #seeWhetherResolved(): void {
+    const outcome = this.#loading ? null : this.resolver.take();
+    if (outcome?.failure) {
+      this.tell({ kind: "unresolved", reason: outcome.failure });
       this.#restartCalibration();
-    }
-  }
-
-  #picture(elapsed: number): void {
-    const { room, session } = this;
-    const goal = this.seesRoom ? backdropGoal(session) : 1;
-    this.backdrop = fade(this.backdrop, goal, elapsed, goal === 1 ? APPEAR : VANISH);
-    room.backdrop = this.backdrop;
-    room.carried.matrix.copy(this.placed.pose.matrix(matrix));
-    const calibrating = session.phase === "calibrate" || session.phase === "verify";
-    this.calibrators.forEach(({ prop, calibration }, k) => {
-      prop.ghost.visible = calibrating && calibration !== null && k <= session.prop;
-      prop.virtualObject.visible = isDisplaced(session) || this.backdrop > 0.5;
-      if (calibrating) prop.virtualObject.visible = false;
-    });
-    const suggestion = session.phase === "calibrate" ? (this.calibrator?.suggestion ?? null) : null;
-    room.mark(suggestion);
-    for (const input of this.inputs) {
-      const hand = room.hands[input.side];
-      const { touching, displayed } = this.displacement;
-      const claims = this.displacement.mayClaimContact(input.side);
-      room.glow(input.side, touching[input.side] !== 0 && claims);
-      hand.visible = input.tracked && (this.backdrop > 0.01 || !this.seesRoom);
-      if (hand.visible) hand.place(displayed[input.side], input.radii, 16, 12);
-      const ghost = room.ghosts[input.side];
-      ghost.visible = this.#showGhosts && input.tracked;
-      if (ghost.visible) ghost.place(input.poses, input.radii, 16, 12);
-      room.panel.poke(`${input.side}`, input.joint(9, tip));
-    }
-    this.#word();
-  }
-
-  #word(): void {
-    if (!this.calibrator) return;
-    const { session } = this;
-    const { audit } = this.displacement.watch;
-    const { title, lines, progress } = instruct(session, this.calibrator, {
-      audit: audit.line,
-      drifted: audit.hasDrifted,
-      notice: this.notice,
-    });
-    const paused = session.pauses.has("asked");
-    const buttons = [
-      paused
-        ? { label: "Resume", press: () => this.tell({ kind: "resume", pause: "asked" }) }
-        : { label: "Pause", press: () => this.tell({ kind: "pause", pause: "asked" }) },
-      { label: "Redo", press: () => this.tell({ kind: "redo" }) },
-      { label: "Recentre", press: () => this.recentre() },
-      { label: this.#showGhosts ? "Hide real" : "Show real", press: () => this.#toggleGhosts() },
-      { label: "Leave", press: () => void this.xr.end() },
-    ];
-    this.room.panel.content = {
-      title,
-      lines: lines.filter((line) => line !== ""),
-      progress,
-      buttons,
-    };
+    } else if (outcome) void this.#load().then(() => this.tell({ kind: "resolved" }));
   }
 
   /** Put the panel and the play volume to where the person is now. */
   recentre(): void {
-    this.room.panel.standBefore(this.#head, this.#gaze);
-    if (this.#playCentre) this.#playCentre.copy(this.#head);
+    this.room.panel.standBefore(this.head, this.#gaze);
+    if (this.#playCentre) this.#playCentre.copy(this.head);
   }
 
   /** Whether the real room can be seen through. */
@@ -311,8 +295,10 @@ export class Experience {
     return mode === "alpha-blend" || mode === "additive";
   }
 
-  #toggleGhosts(): void {
-    this.#showGhosts = !this.#showGhosts;
+  /** Find props in this way from now on. */
+  goBy(way: Way): void {
+    this.way = way;
+    for (const calibrator of this.calibrators) calibrator.way = way;
   }
 
   #select({ frame, inputSource }: XRInputSourceEvent): void {
@@ -338,6 +324,8 @@ export class Experience {
   #end(): void {
     this.tell({ kind: "end" });
     this.#unlisten();
+    this.resolver.dispose();
+    for (const calibrator of this.calibrators) calibrator.dispose();
     this.room.renderer.setAnimationLoop(null);
     this.room.dispose();
     this.#probe.close();
@@ -345,8 +333,11 @@ export class Experience {
   }
 }
 
-function pct(share: number): string {
-  return `${Math.round(100 * share)} %`;
+/** What of a scene the headset shows: where each prop stands, and what it appears as. */
+function objectsOf({ props }: SceneState): string {
+  return JSON.stringify(
+    props.map(({ name, pose, surface, goal }) => [[name, pose, surface], goal]),
+  );
 }
 
 function mm(size: number): string {
@@ -354,4 +345,3 @@ function mm(size: number): string {
 }
 
 const matrix = new Matrix4();
-const tip = new Vector3();

@@ -1,5 +1,6 @@
 import { Matrix4, Quaternion, Vector3 } from "three";
 import type { Contact } from "../calibrate/contact.js";
+import { TIPS } from "../world/displayed_hand.js";
 import { Pinch } from "./safety.js";
 
 /** Calls of WebXR's hand input module that TypeScript's definitions lack; not all devices have them. */
@@ -9,8 +10,6 @@ interface HandFrame {
 }
 
 export const JOINT_COUNT = 25;
-/** Fingertips in WebXR's order of joints, thumb first. */
-export const TIPS = [4, 9, 14, 19, 24] as const;
 export const INDEX_TIP = 9;
 
 /** One hand as the headset tracks it, read anew at each frame; reference space. */

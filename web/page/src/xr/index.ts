@@ -1,6 +1,7 @@
 import "./xr.css";
 import type { Context } from "../context.js";
 import { Experience } from "./experience.js";
+import { tellHow } from "./how_to.js";
 import { askPreflight } from "./preflight.js";
 
 const FEATURES: XRSessionInit = {
@@ -13,33 +14,39 @@ interface Pausable {
   paused: boolean;
 }
 
-/** Offer the headset where the browser has one that tracks hands. */
+/** Offer the headset where the browser has one that tracks hands, and elsewhere tell how to get there. */
 export async function mountXr(context: Context, desk: Pausable): Promise<void> {
   const slot = document.querySelector<HTMLElement>("#xr-slot")!;
   const mode = await bestMode();
-  if (mode === null) {
-    slot.title = "No headset here: open this page in a headset's browser.";
-    return;
-  }
   const status = document.createElement("span");
   status.id = "xr-status";
+  status.setAttribute("role", "status");
   const button = document.createElement("button");
-  button.id = "enter-xr";
-  button.textContent = "Enter the headset";
   slot.append(status, button);
+  if (mode === null) {
+    button.textContent = "Headset …";
+    button.name = "how-to-headset";
+    button.addEventListener("click", () => tellHow(context.state));
+    return;
+  }
+  button.id = "enter-xr";
+  button.className = "main";
+  button.textContent = "Enter the headset";
   button.addEventListener("click", async () => {
     const choices = await askPreflight(mode === "immersive-ar");
     if (choices === null) return;
-    try {
-      status.textContent = "";
-      const session = await navigator.xr!.requestSession(mode, FEATURES);
-      button.disabled = desk.paused = true;
-      const experience = new Experience(context, session, choices, () => {
-        button.disabled = desk.paused = false;
-      });
-      await experience.start();
-    } catch (error) {
+    status.textContent = "";
+    button.disabled = desk.paused = true;
+    const free = () => {
       button.disabled = desk.paused = false;
+    };
+    let session: XRSession | null = null;
+    try {
+      session = await navigator.xr!.requestSession(mode, FEATURES);
+      await new Experience(context, session, choices, free).start();
+    } catch (error) {
+      await session?.end().catch(() => {}); // it may have ended by itself
+      free();
       const reason = error instanceof Error ? error.message : String(error);
       status.textContent = `The headset cannot be used: ${reason}`;
     }

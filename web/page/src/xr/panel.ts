@@ -14,27 +14,49 @@ export interface Button {
   readonly press: () => void;
 }
 
+/** A quantity that has to become small enough: `share` of what is allowed, 1 or below will do. */
+export interface Measure {
+  readonly name: string;
+  readonly value: string;
+  readonly share: number;
+}
+
 /** What the panel shows. */
 export interface PanelContent {
   readonly title: string;
   readonly lines: readonly string[];
+  readonly measures: readonly Measure[];
   readonly buttons: readonly Button[];
   /** 0 to 1; null hides the bar. */
   readonly progress: number | null;
+  /** Whose hands are being recorded; null while nobody's are. */
+  readonly recording: string | null;
 }
 
-const WIDTH = 0.3;
-const HEIGHT = 0.2;
+const WIDTH = 0.36;
+const HEIGHT = 0.24;
 /** Pixels a metre. */
-const FINE = 2560;
-const BUTTON_HEIGHT = 0.034;
-const MARGIN = 0.014;
+const FINE = 2800;
+const BUTTON_HEIGHT = 0.036;
+const MARGIN = 0.012;
+/** What is drawn is laid out in mm. */
+const [WIDE, HIGH, EDGE] = [1e3 * WIDTH, 1e3 * HEIGHT, 1e3 * MARGIN];
+const [TITLE, TEXT, SMALL] = [16.5, 11.8, 10.4];
+const FONT = '"Segoe UI", Roboto, "Helvetica Neue", Arial, "Liberation Sans", sans-serif';
+const [GOOD, POOR, RED] = ["#3ad6c4", "#f0a63a", "#ff6b57"];
 
 /** A card in the air with text and buttons, to be poked with a fingertip or pinched from afar. */
 export class Panel extends Mesh<PlaneGeometry, MeshBasicMaterial> {
   #canvas = document.createElement("canvas");
   #texture: CanvasTexture;
-  #content: PanelContent = { title: "", lines: [], buttons: [], progress: null };
+  #content: PanelContent = {
+    title: "",
+    lines: [],
+    measures: [],
+    buttons: [],
+    progress: null,
+    recording: null,
+  };
   #drawn = "";
   /** Which finger is beyond the panel's plane; a button is pressed when one passes it. */
   #beyond = new Map<string, boolean>();
@@ -54,8 +76,8 @@ export class Panel extends Mesh<PlaneGeometry, MeshBasicMaterial> {
 
   set content(content: PanelContent) {
     this.#content = content;
-    const labels = content.buttons.map(({ label }) => label);
-    const key = JSON.stringify([content.title, content.lines, labels, content.progress]);
+    const { buttons, ...rest } = content;
+    const key = JSON.stringify([rest, buttons.map(({ label }) => label)]);
     if (key === this.#drawn) return;
     this.#drawn = key;
     this.#draw();
@@ -69,7 +91,7 @@ export class Panel extends Mesh<PlaneGeometry, MeshBasicMaterial> {
   standBefore(head: Vector3, direction: Vector3, side = -0.2): void {
     const ahead = direction.clone().setY(0).normalize();
     const aside = new Vector3(-ahead.z, 0, ahead.x).multiplyScalar(side);
-    this.position.copy(head).addScaledVector(ahead, 0.46).add(aside);
+    this.position.copy(head).addScaledVector(ahead, 0.5).add(aside);
     this.position.y -= 0.14;
     this.lookAt(head);
   }
@@ -112,6 +134,13 @@ export class Panel extends Mesh<PlaneGeometry, MeshBasicMaterial> {
     return new Vector3(x, -HEIGHT / 2 + MARGIN + BUTTON_HEIGHT / 2, 0);
   }
 
+  override dispose(): void {
+    super.dispose();
+    this.#texture.dispose();
+    this.geometry.dispose();
+    this.material.dispose();
+  }
+
   #buttonWidth(): number {
     const count = Math.max(this.#content.buttons.length, 1);
     return (WIDTH - (count + 1) * MARGIN) / count;
@@ -128,51 +157,108 @@ export class Panel extends Mesh<PlaneGeometry, MeshBasicMaterial> {
 
   #draw(): void {
     const pen = this.#canvas.getContext("2d")!;
-    const { width, height } = this.#canvas;
-    const { title, lines, buttons, progress } = this.#content;
-    pen.clearRect(0, 0, width, height);
-    pen.fillStyle = "rgba(22, 27, 33, 0.93)";
-    pen.beginPath();
-    pen.roundRect(0, 0, width, height, 0.012 * FINE);
-    pen.fill();
-    const left = MARGIN * FINE;
+    pen.setTransform(FINE / 1e3, 0, 0, FINE / 1e3, 0, 0);
+    pen.clearRect(0, 0, WIDE, HIGH);
     pen.textBaseline = "alphabetic";
+    pen.fillStyle = "rgba(22, 27, 33, 0.94)";
+    box(pen, 0, 0, WIDE, HIGH, 12);
+    const { title, lines, measures, progress, recording } = this.#content;
     pen.fillStyle = "#ffffff";
-    pen.font = `600 ${0.0135 * FINE}px "Segoe UI", Roboto, Arial, sans-serif`;
-    pen.fillText(title, left, 0.024 * FINE, width - 2 * left);
-    pen.fillStyle = "#cfd6dd";
-    pen.font = `${0.0098 * FINE}px "Segoe UI", Roboto, Arial, sans-serif`;
-    lines.forEach((line, k) => {
-      pen.fillText(line, left, (0.044 + 0.0155 * k) * FINE, width - 2 * left);
+    pen.font = font(TITLE, 600);
+    const room = WIDE - 2 * EDGE;
+    pen.fillText(title, EDGE, 28, recording === null ? room : room - 100);
+    if (recording !== null) drawRecording(pen, recording);
+    let y = 50;
+    pen.font = font(TEXT, 400);
+    pen.fillStyle = "#d6dce2";
+    for (const line of lines.flatMap((each) => wrapped(pen, each, room))) {
+      pen.fillText(line, EDGE, y);
+      y += 1.4 * TEXT;
+    }
+    measures.forEach((measure, k) => {
+      drawMeasure(pen, measure, y - 0.4 * SMALL + 16.5 * k);
     });
     if (progress !== null) {
-      const top = height - (BUTTON_HEIGHT + 1.75 * MARGIN) * FINE;
+      const top = HIGH - 1e3 * BUTTON_HEIGHT - 1.9 * EDGE;
       pen.fillStyle = "#3a434d";
-      pen.fillRect(left, top, width - 2 * left, 0.003 * FINE);
-      pen.fillStyle = "#3ad6c4";
-      pen.fillRect(
-        left,
-        top,
-        (width - 2 * left) * Math.min(Math.max(progress, 0), 1),
-        0.003 * FINE,
-      );
+      box(pen, EDGE, top, room, 4, 2);
+      pen.fillStyle = GOOD;
+      box(pen, EDGE, top, room * Math.min(Math.max(progress, 0), 1), 4, 2);
     }
-    pen.textAlign = "center";
-    for (const { label } of buttons) {
-      const { x, y } = this.middleOf(label)!;
-      const w = this.#buttonWidth() * FINE;
-      const h = BUTTON_HEIGHT * FINE;
-      const centreX = (x + WIDTH / 2) * FINE;
-      const centreY = (HEIGHT / 2 - y) * FINE;
-      pen.fillStyle = "#2f6fd0";
-      pen.beginPath();
-      pen.roundRect(centreX - w / 2, centreY - h / 2, w, h, 0.007 * FINE);
-      pen.fill();
-      pen.fillStyle = "#ffffff";
-      pen.font = `600 ${0.0105 * FINE}px "Segoe UI", Roboto, Arial, sans-serif`;
-      pen.fillText(label, centreX, centreY + 0.0037 * FINE, w - 0.01 * FINE);
-    }
-    pen.textAlign = "left";
+    this.#drawButtons(pen);
     this.#texture.needsUpdate = true;
   }
+
+  #drawButtons(pen: CanvasRenderingContext2D): void {
+    pen.textAlign = "center";
+    pen.font = font(SMALL, 600);
+    const [width, height] = [1e3 * this.#buttonWidth(), 1e3 * BUTTON_HEIGHT];
+    for (const { label } of this.#content.buttons) {
+      const middle = this.middleOf(label)!;
+      const [x, y] = [1e3 * middle.x + WIDE / 2, HIGH / 2 - 1e3 * middle.y];
+      pen.fillStyle = "#2f6fd0";
+      box(pen, x - width / 2, y - height / 2, width, height, 7);
+      pen.fillStyle = "#ffffff";
+      pen.fillText(label, x, y + 0.36 * SMALL, width - 6);
+    }
+    pen.textAlign = "left";
+  }
+}
+
+/** A bar that shrinks below a mark. */
+function drawMeasure(
+  pen: CanvasRenderingContext2D,
+  { name, value, share }: Measure,
+  y: number,
+): void {
+  const [from, width, limit] = [98, 150, 0.5]; // the mark is in the middle of the bar
+  const filled = Math.min(1, limit * (Number.isFinite(share) ? share : 2));
+  pen.font = font(SMALL, 400);
+  pen.fillStyle = "#d6dce2";
+  pen.fillText(name, EDGE, y + 0.36 * SMALL);
+  pen.fillStyle = "#3a434d";
+  box(pen, from, y - 3, width, 6, 3);
+  pen.fillStyle = share <= 1 ? GOOD : POOR;
+  box(pen, from, y - 3, Math.max(6, width * filled), 6, 3);
+  pen.fillStyle = "#ffffff";
+  pen.fillRect(from + limit * width - 0.6, y - 6, 1.2, 12);
+  pen.fillStyle = share <= 1 ? GOOD : POOR;
+  pen.fillText(value, from + width + 12, y + 0.36 * SMALL);
+}
+
+function drawRecording(pen: CanvasRenderingContext2D, participant: string): void {
+  pen.fillStyle = RED;
+  pen.beginPath();
+  pen.arc(WIDE - 100, 23, 4.2, 0, 2 * Math.PI);
+  pen.fill();
+  pen.font = font(SMALL, 600);
+  pen.fillText(`Recording ${participant}`, WIDE - 92, 26.5, 80);
+}
+
+function box(
+  pen: CanvasRenderingContext2D,
+  x: number,
+  y: number,
+  width: number,
+  height: number,
+  round: number,
+): void {
+  pen.beginPath();
+  pen.roundRect(x, y, width, height, round);
+  pen.fill();
+}
+
+/** Of a size in mm. */
+function font(size: number, weight: number): string {
+  return `${weight} ${size}px ${FONT}`;
+}
+
+function wrapped(pen: CanvasRenderingContext2D, text: string, width: number): string[] {
+  const lines: string[] = [];
+  for (const word of text.split(" ")) {
+    const longer = lines.length ? `${lines.at(-1)} ${word}` : word;
+    if (lines.length && pen.measureText(longer).width <= width) lines[lines.length - 1] = longer;
+    else lines.push(word);
+  }
+  return lines;
 }

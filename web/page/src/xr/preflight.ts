@@ -35,16 +35,16 @@ export function askPreflight(blends: boolean): Promise<Choices | null> {
 function page(blends: boolean, enter: (event: SubmitEvent) => void, leave: () => void) {
   return html`<form @submit=${enter}>
     <h2>Before you put your hands in</h2>
-    <label><input type="checkbox" name="clear" required /> The space around me is clear: an arm's
-      length on all sides, nothing hot, sharp or fragile near the prop.</label>
-    <label><input type="checkbox" name="empty" required /> The prop is empty and dry, and stands
-      firmly where the scene expects it.</label>
+    <label><input type="checkbox" name="clear" required /><span>The space around me is clear: an
+      arm's length on all sides, nothing hot, sharp or fragile near the prop.</span></label>
+    <label><input type="checkbox" name="empty" required /><span>The prop is empty and dry, and stands
+      firmly.</span></label>
     <fieldset>
       <label><input type="radio" name="stance" value="seated" checked /> I sit</label>
       <label><input type="radio" name="stance" value="standing" /> I stand</label>
     </fieldset>
-    <label><input type="checkbox" name="tilted" /> The prop is not upright (calibrate all six
-      freedoms; takes more touches)</label>
+    <label><input type="checkbox" name="tilted" /><span>The prop is not upright: find all six freedoms,
+      by more touches</span></label>
     <p>
       ${
         blends
@@ -57,7 +57,7 @@ function page(blends: boolean, enter: (event: SubmitEvent) => void, leave: () =>
     </p>
     <menu>
       <button type="button" @click=${leave}>Not now</button>
-      <button class="enter">Enter</button>
+      <button class="enter main">Enter</button>
     </menu>
   </form>`;
 }

@@ -1,9 +1,16 @@
-import { DoubleSide, Group, Mesh, MeshBasicMaterial, MeshStandardMaterial, Vector3 } from "three";
-import type { NearestSurface } from "touchwarp";
-import { Pose } from "../calibrate/pose.js";
+import {
+  DoubleSide,
+  Group,
+  Matrix4,
+  Mesh,
+  MeshBasicMaterial,
+  MeshStandardMaterial,
+  Vector3,
+} from "three";
 import { ContactSurface, SurfaceFoot } from "../calibrate/surface.js";
 import { goalAt, type SurfaceGoal } from "../calibrate/symmetry.js";
 import type { PropState } from "../live/messages.js";
+import { NearestOfAll } from "../world/nearest.js";
 import { fetchSurface, geometryOf } from "../world/surface.js";
 
 /** A prop in the headset: its surface to calibrate by, its ghost and its virtual object. */
@@ -29,18 +36,32 @@ export class PropModel implements SurfaceGoal {
     );
     const china = { color: 0xf3ede2, roughness: 0.35, metalness: 0.02, side: DoubleSide };
     this.virtualObject = new Mesh(geometryOf(virtual, faces), new MeshStandardMaterial(china));
+    this.virtualObject.castShadow = this.virtualObject.receiveShadow = true;
     this.virtualSurface = new ContactSurface(virtual, faces);
   }
 
-  static async fetch(state: PropState): Promise<PropModel> {
+  /** @param goal where the prop appears now, if that is affine: it may have been dragged. */
+  static async fetch(state: PropState, goal?: Float64Array): Promise<PropModel> {
     const { prop, virtual, faces } = await fetchSurface(state.surface);
-    return new PropModel(state, new ContactSurface(prop, faces), virtual, faces);
+    const shown = goal === undefined ? virtual : moved(prop, goal);
+    return new PropModel(state, new ContactSurface(prop, faces), shown, faces);
   }
 
   dispose(): void {
     this.ghost.removeFromParent();
     this.virtualObject.removeFromParent();
   }
+}
+
+/** Points under an affine goal; a surface that is sent may be that of an earlier one. */
+function moved(points: Float32Array, goal: Float64Array): Float32Array {
+  const matrix = new Matrix4().fromArray(goal);
+  const out = new Float32Array(points.length);
+  const point = new Vector3();
+  for (let at = 0; at < points.length; at += 3) {
+    point.fromArray(points, at).applyMatrix4(matrix).toArray(out, at);
+  }
+  return out;
 }
 
 /** The prop nearest to a point, and what the goal says there; everything in the room. */
@@ -55,13 +76,13 @@ export interface Felt {
 }
 
 /** All props where they stand in the room, for lookups of nearest places. */
-export class PlacedProps implements NearestSurface {
-  /** T_room_scene. */
-  pose = new Pose();
+export class PlacedProps extends NearestOfAll {
   private readonly foot = new SurfaceFoot();
   private readonly place = new Vector3();
 
-  constructor(readonly props: readonly PropModel[]) {}
+  constructor(readonly props: readonly PropModel[]) {
+    super(props.map(({ surface }) => surface));
+  }
 
   /** The nearest place of any prop to a point of the room. */
   felt(point: Vector3): Felt {
@@ -95,26 +116,4 @@ export class PlacedProps implements NearestSurface {
     }
     return least;
   }
-
-  nearest(points: Float64Array, nearest: Float64Array, normals: Float64Array): void {
-    for (let row = 0; row < points.length; row += 3) {
-      query.fromArray(points, row);
-      if (Number.isNaN(query.x)) {
-        nearest.fill(Number.NaN, row, row + 3);
-        normals.fill(Number.NaN, row, row + 3);
-        continue;
-      }
-      this.pose.toProp(query, this.place);
-      let least = Number.POSITIVE_INFINITY;
-      for (const { surface } of this.props) {
-        const foot = surface.nearest(this.place, this.foot);
-        if (Math.abs(foot.distance) >= Math.abs(least)) continue;
-        least = foot.distance;
-        this.pose.toRoom(foot.point, query).toArray(nearest, row);
-        query.copy(foot.gradient).applyQuaternion(this.pose.turn).toArray(normals, row);
-      }
-    }
-  }
 }
-
-const query = new Vector3();

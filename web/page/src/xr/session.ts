@@ -8,8 +8,8 @@
  */
 export type Phase = "preflight" | "calibrate" | "resolve" | "verify" | "immersed" | "ended";
 
-/** Why a session is paused: by the person's wish or gesture, or for safety. */
-export type Pause = "asked" | "hidden" | "outside";
+/** Why a session is paused: by the person's wish or gesture, for safety, or for want of a warp. */
+export type Pause = "asked" | "hidden" | "outside" | "no warp";
 
 export interface Session {
   readonly phase: Phase;
@@ -70,7 +70,8 @@ export function advance(session: Session, event: SessionEvent): Session {
       if (phase !== "verify") return session;
       return isLast ? goes({ phase: "immersed", doubted: false }) : goes({ prop: prop + 1 });
     case "missed":
-      return phase === "verify" ? goes({ phase: "calibrate", trouble: event.reason }) : session;
+      if (phase !== "verify") return session;
+      return goes({ phase: "calibrate", prop: 0, trouble: event.reason });
     case "redo":
       return phase === "preflight" ? session : goes({ phase: "calibrate", prop: 0 });
     case "pause":
@@ -98,8 +99,8 @@ export function isDisplaced({ phase, pauses }: Session): boolean {
   return phase === "immersed" && pauses.size === 0;
 }
 
-/** How much of the real room is to be hidden, 0 or 1: what a backdrop fades towards. */
-export function backdropGoal(session: Session): 0 | 1 {
+/** How much of the virtual world is to be seen, 0 or 1: what it fades towards. */
+export function worldGoal(session: Session): 0 | 1 {
   return isDisplaced(session) ? 1 : 0;
 }
 

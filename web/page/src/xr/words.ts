@@ -1,27 +1,48 @@
-import type { Calibration, Doubt } from "../calibrate/assess.js";
+import type { Calibration, Doubt, Limits } from "../calibrate/assess.js";
+import { LIMITS } from "../calibrate/assess.js";
 import type { Calibrator } from "./calibrator.js";
+import type { Measure } from "./panel.js";
 import type { Session } from "./session.js";
 
-const DOUBTS: Record<Doubt, string> = {
+/** What the measures do not show by themselves. */
+const DOUBTS: Partial<Record<Doubt, string>> = {
   "too few touches": "Not enough touches yet: go on.",
-  place: "Its place is not sure yet.",
-  turn: "Its turn is not sure yet.",
   ambiguous: "Several places would fit: touch another side.",
 };
 
-/** What to tell the person, line by line. */
-export function instruct(
-  session: Session,
-  calibrator: Calibrator,
-  facts: { readonly audit: string; readonly drifted: boolean; readonly notice: string },
-): { title: string; lines: string[]; progress: number | null } {
+/** What the panel says. */
+export interface Instruction {
+  readonly title: string;
+  readonly lines: readonly string[];
+  readonly measures: readonly Measure[];
+  /** 0 to 1; null for none. */
+  readonly progress: number | null;
+}
+
+/** What there is to tell besides the session itself. */
+export interface Facts {
+  readonly audit: string;
+  readonly drifted: boolean;
+  readonly notice: string;
+  /** Whether the device shows the real room. */
+  readonly seesRoom: boolean;
+  readonly solving: { readonly step: string; readonly progress: number | null };
+}
+
+/** What to tell the person. */
+export function instruct(session: Session, calibrator: Calibrator, facts: Facts): Instruction {
   const name = calibrator.prop.state.name;
   const trouble = session.trouble ? [session.trouble] : [];
-  if (session.pauses.has("outside")) {
+  const { pauses } = session;
+  if (pauses.has("outside")) {
     return plain("Paused: come back", ["You have left the place where the prop stands."]);
   }
-  if (session.pauses.size > 0) {
-    return plain("Paused", ["This is the real room. Poke Resume to go on."]);
+  if (pauses.has("asked") || pauses.has("hidden")) {
+    const where = facts.seesRoom ? "This is the real room." : "Hands are shown where they are.";
+    return plain("Paused", [`${where} Poke Resume to go on.`]);
+  }
+  if (pauses.has("no warp") && session.phase === "immersed") {
+    return plain("One moment", ["The warp is still being solved; hands are shown as they are."]);
   }
   switch (session.phase) {
     case "preflight":
@@ -30,56 +51,88 @@ export function instruct(
       return {
         title: `Where is the ${name}?`,
         lines: [...trouble, ...calibrationLines(calibrator)],
+        measures: calibrator.calibration ? measuresOf(calibrator.calibration) : [],
         progress: null,
       };
     case "resolve":
-      return plain("Solving", ["The props stand elsewhere than in the scene.", facts.notice]);
+      return {
+        title: "Solving for where they stand",
+        lines: ["The props stand elsewhere than in the scene.", facts.solving.step],
+        measures: [],
+        progress: facts.solving.progress,
+      };
     case "verify":
       return {
         title: `Touch the ${name} in ${calibrator.touchesLeft} more places`,
         lines: [
           ...trouble,
-          "Put an index fingertip on it, pinch with the other hand,",
-          "wait a moment, let go. Each time at another place.",
+          "Index fingertip on it, pinch with the other hand, wait a moment, let go. Each time at another place.",
           facts.notice,
         ],
+        measures: [],
         progress: calibrator.touches.length / 5,
       };
     case "immersed":
       return plain(facts.drifted ? "Has the prop moved?" : "Touch what you see", [
         facts.audit,
         facts.drifted ? "Touches have drifted: poke Redo to calibrate again." : facts.notice,
-        "Both hands above your eyes bring the real room back.",
+        facts.seesRoom
+          ? "Both hands above your eyes bring the real room back."
+          : "Both hands above your eyes stop all displacement.",
       ]);
     case "ended":
       return plain("", []);
   }
 }
 
-function plain(title: string, lines: string[]) {
-  return { title, lines, progress: null };
+function plain(title: string, lines: string[]): Instruction {
+  return { title, lines, measures: [], progress: null };
 }
 
-function calibrationLines({ calibration, strokeLength }: Calibrator): string[] {
-  const how = [
-    "Pinch and hold with one hand; with the other index fingertip",
-    "rub all over it: sides, rim, handle. Let go to end a stroke.",
-  ];
-  if (strokeLength > 0) return ["Rubbing: keep the fingertip on it …", ...how];
-  if (!calibration) return how;
+function calibrationLines(calibrator: Calibrator): string[] {
+  const { calibration, strokeLength, way, busy } = calibrator;
+  if (strokeLength > 0) {
+    return [
+      way === "rub"
+        ? "Rubbing: keep the fingertip on it …"
+        : "Keep the fingertip there a moment, then let go.",
+    ];
+  }
+  const how =
+    way === "rub"
+      ? "Pinch and hold with one hand; with the other index fingertip rub all over it: sides, rim, handle. Let go to end a stroke."
+      : "Put an index fingertip on the place that the model shows; pinch with the other hand, wait a moment, let go.";
+  if (busy) return ["Working out where it stands …"];
+  if (!calibration) return [how];
   return [
-    ...calibration.doubts.map((doubt) => DOUBTS[doubt]),
-    uncertaintyLine(calibration),
-    "Next: rub around the ring, or touch it and stay there.",
+    ...calibration.doubts.flatMap((doubt) => DOUBTS[doubt] ?? []),
+    way === "rub"
+      ? "Next: rub around the ring, or touch it and stay there."
+      : "Next: touch the ring.",
   ];
 }
 
-/** "Known to ±3 mm across, ±2 mm in height, ±4° of turn." */
-export function uncertaintyLine({ translation95, turn95 }: Calibration): string {
-  const across = Math.max(translation95.x, translation95.z);
-  const millimetres = (size: number) =>
-    size > 0.1 ? "not known" : `±${(1000 * size).toFixed(size < 0.0095 ? 1 : 0)} mm`;
-  const turn =
-    turn95 > Math.PI / 2 ? "turn free" : `±${((180 / Math.PI) * turn95).toFixed(0)}° turn`;
-  return `Across ${millimetres(across)}, height ${millimetres(translation95.y)}, ${turn} (95 %).`;
+/** Each freedom with its 95 % half width, and whether that will do. */
+export function measuresOf(
+  { translation95, turn95, covariance }: Calibration,
+  limits: Limits = LIMITS,
+): Measure[] {
+  const lengths = [
+    ["left–right", translation95.x],
+    ["near–far", translation95.z],
+    ["height", translation95.y],
+  ] as const;
+  const turnName = covariance.toHand.rows > 4 ? "turns" : "turn";
+  return [
+    ...lengths.map(([name, half]) => ({
+      name,
+      value: half > 0.1 ? "not known" : `±${(1000 * half).toFixed(half < 0.0095 ? 1 : 0)} mm`,
+      share: half / limits.translation,
+    })),
+    {
+      name: turnName,
+      value: turn95 > Math.PI / 2 ? "free" : `±${((180 / Math.PI) * turn95).toFixed(0)}°`,
+      share: turn95 / limits.turn,
+    },
+  ];
 }

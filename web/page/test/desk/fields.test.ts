@@ -1,6 +1,6 @@
 import type { Warp } from "touchwarp";
 import { describe, expect, it } from "vitest";
-import { evaluate, greatestStretch, scaleOf } from "../../src/desk/fields.js";
+import { evaluate, greatestStretch, scaleOf, shareOf } from "../../src/desk/fields.js";
 import { number } from "../../src/desk/legend.js";
 import { weightAt } from "../../src/desk/panel.js";
 
@@ -70,14 +70,28 @@ describe("evaluate", () => {
 });
 
 describe("scales", () => {
-  it("of the gain have 1 in their middle", () => {
-    const { low, high } = scaleOf("gain", [Float32Array.of(0.4, 1.8)], 0.1);
-    expect((low + high) / 2).toBeCloseTo(1, 6);
-    expect(high).toBeCloseTo(1.8, 6);
+  const mark = (value: number) => ({ scale: "mismatch", value, label: "", source: "" }) as const;
+  const mismatch = (most: number, ...marks: number[]) =>
+    scaleOf("mismatch", [Float32Array.of(0, most)], 0.1, marks.map(mark));
+
+  it("of the gain have 1 in their middle, and equal ratios equally far apart", () => {
+    const scale = scaleOf("gain", [Float32Array.of(0.4, 1.8)], 0.1, []);
+    expect([0.5, 1, 2].map((gain) => shareOf({ low: 0.25, high: 4, ratio: true }, gain))).toEqual([
+      0.25, 0.5, 0.75,
+    ]);
+    expect(shareOf(scale, 1)).toBeCloseTo(0.5, 6);
+    expect(scale.high).toBeCloseTo(1.8, 6);
   });
 
   it("of the contact error show the tolerance", () => {
-    expect(scaleOf("error", [Float32Array.of(0.01)], 0.1).high).toBeGreaterThan(0.1);
+    expect(scaleOf("error", [Float32Array.of(0.01)], 0.1, []).high).toBeGreaterThan(0.1);
+  });
+
+  it("of the mismatch reach as far as what people notice, where that is near", () => {
+    expect(mismatch(42.6).high).toBeCloseTo(42.6, 4);
+    expect(mismatch(42.6, 52, 200).high).toBeGreaterThan(52);
+    expect(mismatch(42.6, 52, 200).high).toBeLessThan(60);
+    expect(mismatch(5, 52, 200).high).toBe(5);
   });
 });
 

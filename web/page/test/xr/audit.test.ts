@@ -4,8 +4,8 @@ import { StopDetector, TouchAudit } from "../../src/xr/audit.js";
 import { gaussian, randomDirection, seeded } from "../calibrate/rubbing.js";
 
 /** Contacts all around a prop that stands `shift` beside where it was calibrated. */
-function audited(shift: Vector3, tracking: number, contacts = 24): TouchAudit {
-  const random = seeded(5);
+function audited(shift: Vector3, tracking: number, contacts = 24, seed = 5): TouchAudit {
+  const random = seeded(seed);
   const audit = new TouchAudit();
   for (let k = 0; k < contacts; k++) {
     const normal = randomDirection(random);
@@ -31,6 +31,29 @@ describe("the touch audit", () => {
     const audit = audited(shift, 0.003);
     expect(audit.shift.distanceTo(shift)).toBeLessThan(0.003);
     expect(audit.hasDrifted).toBe(true);
+  });
+
+  it("asks for calibration when the prop has moved, and hardly ever when it has not", () => {
+    const asked = (shift: number, tracking: number, contacts: number) => {
+      const runs = Array.from({ length: 200 }, (_, seed) =>
+        audited(new Vector3(shift, 0, 0), tracking, contacts, seed),
+      );
+      return runs.filter((audit) => audit.hasDrifted).length / runs.length;
+    };
+    for (const contacts of [8, 12, 24]) expect(asked(0, 0.005, contacts)).toBeLessThan(0.03);
+    expect(asked(0.012, 0.002, 12)).toBeGreaterThan(0.95);
+    expect(asked(0.009, 0.003, 24)).toBeGreaterThan(0.95);
+  });
+
+  it("is not misled by a touch that was something else", () => {
+    const shift = new Vector3(0.009, 0, 0);
+    const audit = audited(shift, 0.001, 12);
+    for (const gap of [0.03, -0.025]) {
+      const normal = new Vector3(1, 0, 0);
+      const rest = { time: 0, hand: 1, finger: 2, signal: "stopped", normal, warp: 0 } as const;
+      audit.add({ ...rest, gapAtContact: gap, gapSettled: gap });
+    }
+    expect(audit.shift.distanceTo(shift)).toBeLessThan(0.003);
   });
 
   it("blames tracking, not calibration, for gaps that no shift explains", () => {

@@ -1,12 +1,12 @@
 import { describe, expect, it } from "vitest";
 import {
   advance,
-  backdropGoal,
   begin,
   fade,
   isDisplaced,
   type Session,
   type SessionEvent,
+  worldGoal,
 } from "../../src/xr/session.js";
 
 const go = (session: Session, ...events: SessionEvent[]) => events.reduce(advance, session);
@@ -55,12 +55,15 @@ describe("a session", () => {
     expect(isDisplaced(go(session, VERIFIED))).toBe(true);
   });
 
-  it.each(["asked", "hidden", "outside"] as const)("shows the room while paused: %s", (pause) => {
-    const paused = go(immersed, { kind: "pause", pause });
-    expect(isDisplaced(paused)).toBe(false);
-    expect(backdropGoal(paused)).toBe(0);
-    expect(isDisplaced(go(paused, { kind: "resume", pause }))).toBe(true);
-  });
+  it.each(["asked", "hidden", "outside", "no warp"] as const)(
+    "shows nothing virtual while paused: %s",
+    (pause) => {
+      const paused = go(immersed, { kind: "pause", pause });
+      expect(isDisplaced(paused)).toBe(false);
+      expect(worldGoal(paused)).toBe(0);
+      expect(isDisplaced(go(paused, { kind: "resume", pause }))).toBe(true);
+    },
+  );
 
   it("goes on only when no pause is left", () => {
     const both = go(
@@ -77,6 +80,12 @@ describe("a session", () => {
     expect(go(moved, VERIFIED).phase).toBe("immersed");
     const missed = go(moved, { kind: "missed", reason: "20 mm off" });
     expect([missed.phase, missed.trouble]).toEqual(["calibrate", "20 mm off"]);
+  });
+
+  it("begins with the first prop when the second one's touches miss", () => {
+    const second = go(begin(2), READY, CALIBRATED, CALIBRATED, { kind: "resolved" }, VERIFIED);
+    const missed = go(second, { kind: "missed", reason: "" });
+    expect([second.prop, missed.phase, missed.prop]).toEqual([1, "calibrate", 0]);
   });
 
   it("goes back to calibration when props cannot be solved, and ends for good", () => {

@@ -1,5 +1,5 @@
 import { checkRigid } from "../rigid.js";
-import type { Matrix, Warp } from "../warp.js";
+import type { Matrix, Warp, WarpMeta } from "../warp.js";
 import { multiply, multiplyTransposed, rotationVector, turnBy } from "./rotation.js";
 
 /** s: with no pose of the prop so near a frame, the warp is not valid there. */
@@ -9,7 +9,7 @@ const KEPT = 8;
 export interface CarriedOptions {
   /** Where the scene as solved stands in the room, column-major. */
   readonly T_room_scene?: Matrix;
-  /** Whether other props or fixed surfaces are in Ω. */
+  /** Whether other props or fixed surfaces are in Ω; where left out, what the warp's scene says. */
   readonly fixedSurroundings?: boolean;
   /** m and rad: how far the prop may go from where it was solved, in that case. */
   readonly allowedShift?: number;
@@ -55,7 +55,7 @@ export class CarriedWarp {
     if (warp.dimension !== 3) {
       throw new RangeError("A plane warp was to be carried; one in space is needed.");
     }
-    this.fixed = options.fixedSurroundings ?? false;
+    this.fixed = options.fixedSurroundings ?? hasSurroundings(warp.meta);
     this.rest.set(options.T_room_scene ?? IDENTITY);
     checkRigid(this.rest, 3);
     this.warp = warp.at(this.rest);
@@ -146,6 +146,11 @@ export class CarriedWarp {
     multiplyTransposed(this.A, this.B, this.R);
     rotationVector(this.R, this.vector);
   }
+}
+
+/** Whether the scene that a warp was solved for holds more than one prop. */
+function hasSurroundings({ propNames, scene }: WarpMeta): boolean {
+  return propNames.length > 1 || /^\s*(\[\[\s*fixed\s*\]\]|fixed\s*=)/m.test(scene);
 }
 
 function readRotation(T: Float64Array, out: Float64Array): void {

@@ -21,7 +21,8 @@ export interface HandOptions {
    * side by the radius when left out.
    */
   readonly padOffsets?: ArrayLike<number> | null;
-  /** How the five fingers share a miss that cannot be helped; the greater, the less. */
+  /** How the five fingers share a miss that cannot be helped; the greater, the less. Read at each
+   * frame, so an array may be changed between frames. */
   readonly weights?: ArrayLike<number>;
   /** s from no displacement to all of it. */
   readonly onset?: number;

@@ -37,7 +37,7 @@ const FLEX = 6e-3 ** 2;
 const ABDUCT = 1e-2 ** 2;
 /** What shifting the palm from its own warped place costs, and (m/rad)² turning it. */
 const SHIFT = 0.05 ** 2;
-const TURN = 1e-2 ** 2;
+const TURN = 2e-2 ** 2;
 /** (m/rad)²: the spring beyond a limit. */
 const LIMIT = 0.2 ** 2;
 

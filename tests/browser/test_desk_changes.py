@@ -1,0 +1,193 @@
+"""The scene changed on the desk: by the gizmo, by numbers, λ; solved, refused, saved, reloaded."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, WebSocketRoute, expect
+
+from tests.browser.desk import LONG, at, open_page, picture
+from tests.browser.server import Server
+
+Serve = Callable[[Path], Server]
+
+
+def test_the_gizmo_changes_the_warp_at_once_and_the_server_follows(
+    page: Page, serve: Serve, ball: Path, screenshots: Path
+) -> None:
+    server = serve(ball)
+    open_page(page, server.url)
+    expect(page.get_by_text("Every change is live")).to_be_visible(timeout=LONG)
+    shift = page.locator("input[name=translation-0]")
+    expect(shift).to_have_value("15")
+    drag_red_arrow(page, 60)
+    moved = float(shift.input_value())
+    assert moved > 18.0
+    exactness = page.locator(".exactness")
+    expect(exactness).to_have_attribute("data-exact", "true", timeout=LONG)
+    page.locator("button[name=save]").click()
+    expect(page.locator(".note")).to_have_text("Saved to ball.toml.")
+    page.screenshot(path=screenshots / "moved.png")
+    text = ball.read_text()
+    assert "# to the right" in text
+    saved = tomllib.loads(text)["prop"][0]["goal"]["translation"]
+    assert saved[0] * 1e3 == pytest.approx(moved, abs=0.06)
+
+    page.expected_errors.append("WebSocket connection")  # type: ignore[attr-defined]
+    server.stop()
+    server.start()
+    page.reload()
+    page.wait_for_selector("body[data-ready]")
+    expect(shift).to_have_value(str(moved).removesuffix(".0"))
+
+
+def drag_red_arrow(page: Page, by: float) -> None:
+    """Find the gizmo's x arrow by its colour and drag it to the right; the warp follows at once."""
+    page.mouse.move(*at(page, ".pane.seen", 0.5, 0.02))
+    box = page.locator(".pane.seen").bounding_box()
+    assert box is not None
+    for _ in range(100):
+        seen = picture(page, ".pane.seen")
+        red = (seen[..., 0] > 190) & (seen[..., 1] < 64) & (seen[..., 2] < 64)
+        rows, columns = np.nonzero(red)
+        if len(columns):
+            break
+        page.wait_for_timeout(50)
+    assert len(columns), "no gizmo is to be seen"
+    tip = columns > columns.max() - 8
+    x, y = box["x"] + columns[tip].mean(), box["y"] + rows[tip].mean()
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for step in range(1, 7):
+        page.mouse.move(x + by * step / 6, y + 0.2 * by * step / 6)
+    shown = page.locator(".exactness")
+    expect(shown).to_have_attribute("data-exact", "false")  # live, before any solve
+    expect(shown).to_contain_text("Live warp")
+    page.mouse.up()
+
+
+def test_numbers_can_be_typed(page: Page, serve: Serve, ball: Path) -> None:
+    open_page(page, serve(ball).url)
+    page.locator("input[name=rotation_deg-2]").fill("30")
+    page.locator("input[name=rotation_deg-2]").press("Enter")
+    button = page.locator("button[name=save]")
+    expect(button).to_be_enabled(timeout=LONG)
+    button.click()
+    expect(page.locator(".note")).to_be_visible(timeout=LONG)
+    assert tomllib.loads(ball.read_text())["prop"][0]["goal"]["rotation_deg"] == [0, 0, 30]
+
+
+def test_locality_is_solved_on_the_server_with_progress(
+    page: Page, serve: Serve, ball: Path
+) -> None:
+    open_page(page, serve(ball).url)
+    expect(page.locator(".exactness")).to_have_attribute("data-exact", "true", timeout=LONG)
+    page.locator("input[name=weight]").fill("0.6")
+    exactness = page.locator(".exactness")
+    # until the new one is there the old one, which holds in contact, is told to be the old one
+    expect(exactness).to_contain_text("before the last change", timeout=LONG)
+    expect(page.locator(".task").first).to_be_visible(timeout=LONG)
+    expect(exactness).to_have_attribute("data-exact", "true", timeout=LONG)
+    page.locator("button[name=save]").click()
+    expect(page.locator(".note")).to_be_visible(timeout=LONG)
+    weight = tomllib.loads(ball.read_text())["objective"]["mismatch_weight"]
+    assert weight == pytest.approx(0.1 * 10_000**0.6, rel=0.05)
+
+
+def test_a_scene_that_cannot_be_is_refused_in_words(page: Page, serve: Serve, ball: Path) -> None:
+    open_page(page, serve(ball).url)
+    page.locator("input[name=translation-2]").fill("-300")
+    page.locator("input[name=translation-2]").press("Enter")
+    expect(page.locator(".failure").first).to_contain_text(
+        "must lie inside the outer boundary", timeout=LONG
+    )
+
+
+def test_a_change_that_is_refused_is_taken_back(page: Page, serve: Serve, ball: Path) -> None:
+    """The server says no, in words: the object, its numbers and the warp are as before."""
+
+    def refuse_changes(socket: WebSocketRoute) -> None:
+        server = socket.connect_to_server()
+        refusal = {"kind": "refused", "about": "change_scene", "reason": "Nothing may be changed."}
+
+        def from_page(message: str | bytes) -> None:
+            if "change_scene" in str(message):
+                socket.send(json.dumps(refusal))
+            else:
+                server.send(message)
+
+        socket.on_message(from_page)
+
+    page.route_web_socket("**/live", refuse_changes)
+    open_page(page, serve(ball).url)
+    exactness = page.locator(".exactness")
+    expect(exactness).to_have_attribute("data-exact", "true", timeout=LONG)
+    expect(page.get_by_text("Every change is live")).to_be_visible(timeout=LONG)
+    scale = page.locator("input[name=scale-2]")
+    scale.fill("1.3")
+    scale.press("Enter")
+    expect(page.locator(".failure").first).to_have_text("Nothing may be changed.")
+    expect(scale).to_have_value("1.1")
+    expect(exactness).to_have_attribute("data-exact", "true")
+    expect(page.locator("button[name=save]")).to_be_disabled()
+
+
+def test_a_scene_without_a_warp_shows_itself_and_its_progress(
+    page: Page, serve: Serve, ball: Path, screenshots: Path
+) -> None:
+    for ending in (".warp", ".bases"):
+        ball.with_suffix(ending).unlink()
+    open_page(page, serve(ball).url)
+    expect(page.locator(".exactness")).to_contain_text("No warp yet")
+    expect(page.locator("#reading")).to_contain_text("no warp yet")
+    expect(page.locator(".task").first).to_be_visible(timeout=LONG)
+    page.screenshot(path=screenshots / "unsolved.png")
+    expect(page.locator(".exactness")).to_have_attribute("data-exact", "true", timeout=LONG)
+    expect(page.locator("#reading")).to_have_text(re.compile("mm away"), timeout=LONG)
+
+
+def test_changes_outlive_a_server_that_goes_and_comes_back(
+    page: Page, serve: Serve, ball: Path
+) -> None:
+    """One is made before the server dies and not saved, one while it is gone: both are there."""
+    page.expected_errors.append("WebSocket connection")  # type: ignore[attr-defined]
+    server = serve(ball)
+    open_page(page, server.url)
+    shift = page.locator("input[name=translation-1]")
+    shift.fill("4")
+    shift.press("Enter")
+    expect(page.locator("button[name=save]")).to_be_enabled(timeout=LONG)
+    server.stop(at_once=True)
+    expect(page.locator(".failure")).to_contain_text("server is gone")
+    turn = page.locator("input[name=rotation_deg-2]")
+    turn.fill("20")
+    turn.press("Enter")
+    server.start()
+    expect(page.locator(".failure")).to_have_count(0, timeout=LONG)
+    button = page.locator("button[name=save]")
+    expect(button).to_be_enabled(timeout=LONG)
+    button.click()
+    expect(page.locator(".note")).to_be_visible(timeout=LONG)
+    goal = tomllib.loads(ball.read_text())["prop"][0]["goal"]
+    assert goal["translation"] == [0.015, 0.004, 0.0]
+    assert goal["rotation_deg"] == [0.0, 0.0, 20.0]
+
+
+def test_a_file_that_was_changed_meanwhile_is_not_overwritten(
+    page: Page, serve: Serve, ball: Path
+) -> None:
+    open_page(page, serve(ball).url)
+    page.locator("input[name=translation-1]").fill("3")
+    page.locator("input[name=translation-1]").press("Enter")
+    expect(page.locator("button[name=save]")).to_be_enabled(timeout=LONG)
+    mine = ball.read_text() + "\n# written by another program\n"
+    ball.write_text(mine)
+    page.locator("button[name=save]").click()
+    expect(page.locator(".failure").first).to_contain_text("was changed on disk", timeout=LONG)
+    assert ball.read_text() == mine

@@ -1,0 +1,174 @@
+"""Recordings as a person makes them: with consent, whatever becomes of the server; replayed."""
+
+from __future__ import annotations
+
+import functools
+import http.server
+import json
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+from playwright.sync_api import Page, expect
+
+import touchwarp as tw
+from tests.browser.desk import LONG, at, open_page
+from tests.browser.server import Server
+from touchwarp.live.export import export_page
+
+Serve = Callable[[Path], Server]
+
+
+def begin(page: Page, participant: str) -> None:
+    page.locator("button[name=record]").click()
+    page.locator("input[name=participant]").fill(participant)
+    page.locator("input[name=consent]").check()
+    page.locator("button[name=begin]").click()
+    expect(page.locator(".recording")).to_contain_text(f"Recording {participant}")
+
+
+def whole(page: Page, folder: Path) -> Path:
+    """The file of a recording, once it has been joined."""
+    for _ in range(400):
+        if (folder / "recording.parquet").exists():
+            break
+        page.wait_for_timeout(50)
+    return folder / "recording.parquet"
+
+
+def test_nothing_is_recorded_without_consent(page: Page, serve: Serve, ball: Path) -> None:
+    server = serve(ball)
+    open_page(page, server.url)
+    page.locator("button[name=record]").click()
+    page.locator("button[name=begin]").click()  # the box is not ticked
+    expect(page.locator("dialog")).to_be_visible()
+    page.get_by_text("Cancel").click()
+    page.mouse.move(*at(page, ".pane.felt", 0.5, 0.5))
+    page.wait_for_timeout(500)
+    assert not server.recordings.exists()
+
+
+def test_a_recording_survives_the_server_s_death(
+    page: Page, serve: Serve, ball: Path, screenshots: Path
+) -> None:
+    """Killed in the middle and back half a minute of frames later: every frame is on disk once."""
+    page.expected_errors.append("WebSocket connection")  # type: ignore[attr-defined]
+    server = serve(ball)
+    open_page(page, server.url)
+    begin(page, "P7")
+    page.screenshot(path=screenshots / "recording.png")
+    wander(page, 12)
+    server.stop(at_once=True)
+    expect(page.locator(".failure")).to_contain_text("server is gone")
+    wander(page, 12)
+    server.start()
+    expect(page.locator(".failure")).to_have_count(0, timeout=LONG)
+    wander(page, 6)
+    page.locator("button[name=stop-recording]").click()
+    recorded = int(page.locator("#recording-slot").get_attribute("data-rows") or 0)
+    (folder,) = (server.recordings / "P7").iterdir()
+    table = pq.read_table(whole(page, folder))
+    times = table["time_ms"].to_numpy()
+    assert len(times) == recorded > 50
+    assert (np.diff(times) > 0).all(), "each frame once, in order"
+    assert np.diff(table["chunk"].to_numpy()).max() == 1
+    check_displayed(table, tw.load_scene(ball), tw.load_warp(ball.with_suffix(".warp")))
+
+
+def test_a_recording_survives_a_reload(page: Page, serve: Serve, ball: Path) -> None:
+    """The page is reloaded in the middle: what was recorded until then is whole on disk."""
+    server = serve(ball)
+    open_page(page, server.url)
+    begin(page, "P11")
+    wander(page, 10)
+    recorded = int(page.locator("#recording-slot").get_attribute("data-rows") or 0)
+    page.reload()
+    page.wait_for_selector("body[data-ready]")
+    expect(page.locator("button[name=record]")).to_be_visible()  # it does not go on by itself
+    (folder,) = (server.recordings / "P11").iterdir()
+    table = pq.read_table(whole(page, folder))
+    assert len(table) >= recorded > 20
+    assert (np.diff(table["time_ms"].to_numpy()) > 0).all()
+
+
+def wander(page: Page, steps: int) -> None:
+    for step in range(steps):
+        page.mouse.move(*at(page, ".pane.felt", 0.4 + 0.2 * step / steps, 0.5))
+        page.wait_for_timeout(150)
+
+
+def check_displayed(table: object, scene: tw.Scene, warp: tw.Warp) -> None:
+    """What was recorded as displayed is what the warp says, at the fingertip's skin."""
+    tip = "index-finger-tip"
+
+    def column(name: str) -> np.ndarray:
+        return np.asarray(table[name])  # type: ignore[index]
+
+    real = np.stack([column(f"real.{tip}.{d}") for d in "xyz"], axis=1)
+    shown = np.stack([column(f"displayed.{tip}.{d}") for d in "xyz"], axis=1)
+    touching = column("contacts") > 0
+    assert touching.any()
+    moved = np.linalg.norm(shown - real, axis=1)[touching]
+    assert moved.max() <= 1e-3 + np.abs(warp.displacement(surface_points(scene))).max() * 3**0.5
+    assert moved.max() > 5e-3
+
+
+def surface_points(scene: tw.Scene) -> np.ndarray:
+    return np.asarray(scene.props[0].surface.vertices)
+
+
+def test_a_recording_is_replayed(page: Page, serve: Serve, ball: Path) -> None:
+    server = serve(ball)
+    open_page(page, server.url)
+    begin(page, "P8")
+    wander(page, 6)
+    page.locator("button[name=stop-recording]").click()
+    page.locator("button[name=replay]").click()
+    page.locator("dialog").get_by_text("P8").click()
+    moment = page.locator("input[name=moment]")
+    expect(moment).to_be_visible()
+    expect(page.locator("button[name=play]")).to_have_text("Play", timeout=LONG)
+    assert int(moment.input_value()) == int(moment.get_attribute("max") or 0) > 10
+    page.locator("button[name=close-replay]").click()
+    expect(page.locator("button[name=record]")).to_be_visible()
+
+
+def test_an_exported_page_keeps_recordings_on_the_device(
+    page: Page, ball: Path, tmp_path: Path
+) -> None:
+    export_page(ball, tmp_path / "exported", lambda step, done: None)
+    handler = functools.partial(QuietHandler, directory=str(tmp_path / "exported"))
+    host = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
+    thread = threading.Thread(target=host.serve_forever)
+    thread.start()
+    try:
+        open_page(page, f"http://127.0.0.1:{host.server_address[1]}/")
+        expect(page.locator("input[name=weight]")).to_be_disabled()
+        page.locator("button[name=record]").click()
+        expect(page.locator("dialog")).to_contain_text("stay on this device")
+        page.locator("input[name=participant]").fill("P9")
+        page.locator("input[name=consent]").check()
+        page.locator("button[name=begin]").click()
+        wander(page, 4)
+        page.locator("button[name=stop-recording]").click()
+        with page.expect_download() as download:
+            page.locator("button[name=save-recording]").click()
+        lines = Path(download.value.path()).read_text().splitlines()
+        assert lines[0].startswith("chunk,warp,time_ms,hand")
+        assert len(lines) > 5
+        assert {line.count(",") for line in lines} == {lines[0].count(",")}
+        state = json.loads((tmp_path / "exported" / "boot.json").read_text())
+        assert lines[1].split(",")[1] == state["warp"]["identity"]
+    finally:
+        host.shutdown()
+        host.server_close()
+        thread.join()
+
+
+class QuietHandler(http.server.SimpleHTTPRequestHandler):
+    """Tells nothing on stderr."""
+
+    def log_message(self, *told: object) -> None:
+        """Nothing."""

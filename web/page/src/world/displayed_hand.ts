@@ -1,0 +1,86 @@
+import { HandRetargeter, type NearestSurface, type Warp } from "touchwarp";
+
+const JOINTS = 25;
+/** Fingertips in WebXR's order of joints, thumb first. */
+export const TIPS = [4, 9, 14, 19, 24] as const;
+
+/** From here on, m, a fingertip that comes near counts more, up to this many times when it touches. */
+const NEAR = 0.03;
+const FIRST = 100;
+const USUAL_RADIUS = 0.008;
+
+/**
+ * One whole hand as it is displayed, on the desk and in the headset: bones stay rigid, the skin that
+ * touches is what is warped, and a fingertip near a prop comes before others in what a rigid-boned
+ * hand cannot meet.
+ */
+export class DisplayedHand {
+  /** 25 × 16 numbers, column-major matrices. */
+  readonly poses = new Float32Array(16 * JOINTS).fill(Number.NaN);
+  readonly #weights = new Float64Array(5).fill(1); // read by the retargeter at each frame
+  readonly #retargeter: HandRetargeter;
+  readonly #tips = new Float64Array(15);
+  readonly #nearest = new Float64Array(15);
+  readonly #normals = new Float64Array(15);
+
+  /** @param onset s from no displacement to all of it. */
+  constructor(
+    readonly surface: NearestSurface,
+    onset?: number,
+  ) {
+    const eased = onset === undefined ? {} : { onset };
+    this.#retargeter = new HandRetargeter({
+      contact: "skin",
+      surface,
+      weights: this.#weights,
+      ...eased,
+    });
+  }
+
+  /** The share of the displacement that is shown, 0 to 1. */
+  get weight(): number {
+    return this.#retargeter.weight;
+  }
+
+  /** Whether all of it is, so that to touch the prop is to touch the virtual object. */
+  get mayClaimContact(): boolean {
+    return this.#retargeter.mayClaimContact;
+  }
+
+  /** (5) m: how far each displayed fingertip is from where it should be. */
+  get tipErrors(): Float64Array {
+    return this.#retargeter.tipErrors;
+  }
+
+  set active(active: boolean) {
+    this.#retargeter.active = active;
+  }
+
+  /** One frame; arguments as of `HandRetargeter.update`. */
+  update(warp: Warp | null, poses: Float32Array, radii: Float32Array, time: number): void {
+    this.#weigh(poses, radii);
+    this.#retargeter.update(warp, poses, radii, time, this.poses);
+  }
+
+  /** Fingers near the prop come first, the more the nearer, so that what touches is exact. */
+  #weigh(poses: Float32Array, radii: Float32Array): void {
+    const [tips, nearest, normals] = [this.#tips, this.#nearest, this.#normals];
+    for (let finger = 0; finger < 5; finger++) {
+      for (let d = 0; d < 3; d++) tips[3 * finger + d] = poses[16 * TIPS[finger]! + 12 + d]!;
+    }
+    this.surface.nearest(tips, nearest, normals);
+    for (let finger = 0; finger < 5; finger++) {
+      let [square, side] = [0, 0];
+      for (let d = 3 * finger; d < 3 * finger + 3; d++) {
+        const away = tips[d]! - nearest[d]!;
+        square += away * away;
+        side += away * normals[d]!;
+      }
+      const told = radii[TIPS[finger]!]!;
+      const distance = side < 0 ? -Math.sqrt(square) : Math.sqrt(square);
+      const gap = Math.abs(distance - (told > 0 ? told : USUAL_RADIUS));
+      const nearness = gap < NEAR ? 1 - gap / NEAR : 0; // a lost finger's gap is NaN
+      this.#weights[finger] = 1 + (FIRST - 1) * nearness ** 2;
+    }
+  }
+}
