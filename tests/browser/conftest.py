@@ -74,13 +74,11 @@ def chromium(pytestconfig: pytest.Config) -> Iterator[Browser]:
 
 @pytest.fixture
 def page(chromium: Browser, serve: Callable[[Path], Server]) -> Iterator[Page]:
-    """A fresh tab, 1100 × 680; errors that its scripts throw or log fail the test.
+    """A fresh tab, 960 × 560; errors that its scripts throw or log fail the test.
 
     It is closed before servers end (hence `serve`), so that it does not miss them.
     """
-    context = chromium.new_context(
-        viewport={"width": 1100, "height": 680}, ignore_https_errors=True
-    )
+    context = chromium.new_context(viewport={"width": 960, "height": 560}, ignore_https_errors=True)
     tab = context.new_page()
     tab.set_default_timeout(20_000)
     errors: list[str] = []

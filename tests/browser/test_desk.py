@@ -50,8 +50,8 @@ def test_the_picture_is_not_empty(page: Page, ball_server: Server) -> None:
     wait_for(page, ".pane.felt", lambda felt: is_green(felt).mean() < 0.005, "it is still coloured")
 
 
-def test_what_people_notice_is_marked_on_the_scale(page: Page, ball_server: Server) -> None:
-    open_page(page, ball_server.url)
+def test_what_people_notice_is_marked_on_the_scale(page: Page, mug_server: Server) -> None:
+    open_page(page, mug_server.url)
     marks = page.locator(".legend[data-field=mismatch] .marks li")
     expect(marks.first).to_contain_text("52 mm")
     expect(page.locator(".legend .bar b")).to_have_count(1)
@@ -241,7 +241,7 @@ def test_the_warp_is_used_from_its_coarse_levels_on(page: Page, mug_server: Serv
         " seen.push([told, hand]); }).observe(document, {subtree: true, childList: true,"
         " characterData: true})"
     )
-    line = {"offline": False, "latency": 5, "downloadThroughput": 2e5, "uploadThroughput": 1e5}
+    line = {"offline": False, "latency": 5, "downloadThroughput": 6e5, "uploadThroughput": 1e5}
     slow = page.context.new_cdp_session(page)
     slow.send("Network.enable")
     slow.send("Network.emulateNetworkConditions", line)

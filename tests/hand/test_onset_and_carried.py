@@ -84,6 +84,19 @@ def test_another_warp_waits_until_the_first_has_gone() -> None:
     np.testing.assert_allclose(seen[5][1], 0.5 * other.displacement(x), atol=1e-9)
 
 
+def test_a_warp_that_is_known_better_takes_its_place_at_once() -> None:
+    better = SphereWarp(outer_radius=0.31, shift=np.array([0.02, 0.01, 0.0001]))
+    retargeter = HandRetargeter(HandOptions(onset=0.1, mode="points"))
+    retargeter.replace(better)  # none is in use: nothing is replaced
+    x = HANDS[130, :, :3, 3]
+    for n in range(3):
+        retargeter.update(WARP, HANDS[130], 0.05 * n)
+    retargeter.replace(better)
+    shown = retargeter.update(better, HANDS[130], 0.15)
+    assert retargeter.weight == 1.0
+    np.testing.assert_allclose(shown[:, :3, 3], better(x), atol=1e-12)
+
+
 def test_it_can_be_switched_off() -> None:
     retargeter = HandRetargeter(HandOptions(onset=0.1))
     retargeter.update(WARP, HANDS[0], 0.0)

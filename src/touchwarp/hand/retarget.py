@@ -75,6 +75,15 @@ class HandRetargeter:
         """Whether all of the displacement is shown, so that to touch the prop is to touch."""
         return self._onset.weight == 1.0
 
+    def replace(self, warp: Warp | CarriedWarp) -> None:
+        """Take another warp for the one in use, at once and without easing.
+
+        For one that displays the same and is only known better, as the solved warp after an
+        instant one: the hand moves by no more than what they differ.
+        """
+        if self._source is not None:
+            self._source = warp
+
     def update(
         self,
         warp: Warp | CarriedWarp | None,

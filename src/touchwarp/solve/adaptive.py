@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.errors import SolveError
-from touchwarp.solve.blend import Terms, terms_of_cuts
+from touchwarp.solve.blend import Yielding, terms_of_cuts
 from touchwarp.solve.edges import points_along, sharp_edges
 from touchwarp.solve.estimate import discretisation_error
 from touchwarp.solve.ghosts import extended_inwards
@@ -52,10 +53,14 @@ before."""
 MOST_CYCLES = 30
 
 SETTLED = 0.01
-"""Cycling ends when u changes by less than this share of the tolerance."""
+"""Cycling ends when further cycles would change u by less than this share of the tolerance, by what
+the last one changed and how much less that was than the one before, …"""
+
+FIRST_RATE = 0.1
+"""… for which this stands in the first cycle; multigrid's is a third of it …"""
 
 ROUNDING = 4e-6
-"""… or than this share of the greatest |u|, where float32 stops it."""
+"""… or when the last has changed u by less than this share of the greatest |u|: float32's noise."""
 
 
 class AdaptiveSolver:
@@ -96,7 +101,7 @@ class AdaptiveSolver:
             problem, tolerance, self._depth_of(edge_radius / MOST_CELLS_ACROSS_TUBE)
         )
         self._lane_scale = np.ones(LANES, np.float32)
-        self._terms: list[list[Terms]] = []
+        self._yielding: list[Yielding] = []
         self._needed = [stage.level.has_cells for stage in self.multigrid.stages]
         self._kept = self.multigrid.root + 1
         self._steps_back = STEPS_BACK
@@ -127,7 +132,7 @@ class AdaptiveSolver:
         self._lane_scale = lane_scale
         grid = self.multigrid
         grid.drop_from(self._kept)
-        for levels in (self.regions, self._terms, self._needed, self._errors):
+        for levels in (self.regions, self._yielding, self._needed, self._errors):
             del levels[self._kept :]
         grid.floor_zero = normal_lanes
         if self.regions:
@@ -199,10 +204,15 @@ class AdaptiveSolver:
             before = finest.u.copy()
             self.multigrid.cycle()
             self.residuals.append(_greatest(self.multigrid.residual(last)))
-            change = np.abs(finest.u - before) * self._lane_scale
-            self.changes.append(float(change.max(initial=0.0)))
-            floor = ROUNDING * float((np.abs(finest.u) * self._lane_scale).max(initial=0.0))
-            if self.changes[-1] <= max(self.settled * self.tolerance, floor):
+            before -= finest.u
+            before *= self._lane_scale
+            self.changes.append(_greatest(before))
+            rate = FIRST_RATE
+            if len(self.changes) > 1:
+                rate = min(self.changes[-1] / max(self.changes[-2], 1e-300), 0.5)
+            floor = ROUNDING * _greatest(finest.u * self._lane_scale)
+            left = self.changes[-1] * rate / (1.0 - rate)
+            if left <= self.settled * self.tolerance or self.changes[-1] <= floor:
                 self._errors = discretisation_error(self.multigrid, self._lane_scale)
                 self.multigrid.release()
                 return
@@ -238,14 +248,11 @@ class AdaptiveSolver:
     def _start(self, i: int, data: NDArray[np.float64], narrow: Stage | None = None) -> None:
         """First values on level i: from the coarser one, or from the level that i replaces."""
         grid = self.multigrid
-        if len(self._terms) == i:
-            stage = grid.stages[i]
-            self._terms.append(
-                terms_of_cuts(
-                    self.problem.blend, stage.level, stage.cuts, self.problem.boundary.owner
-                )
-            )
-        grid.set_stage_goal(i, data, self.problem.blend, self._terms[i])
+        if len(self._yielding) == i:
+            stage, blend = grid.stages[i], self.problem.blend
+            find = partial(terms_of_cuts, blend, stage.level, stage.cuts)
+            self._yielding.append(Yielding(blend, find))
+        grid.set_stage_goal(i, data, self._yielding[i])
         if i == 0:
             grid.smooth(0, 60)
         else:
@@ -297,7 +304,7 @@ class AdaptiveSolver:
             return False
         before = level.bricks[self._needed[-1]].astype(np.int64)
         (narrow,) = self.multigrid.drop_from(len(self.multigrid.stages) - 1)
-        del self.regions[-1], self._terms[-1], self._needed[-1]
+        del self.regions[-1], self._yielding[-1], self._needed[-1]
         self._add_level(bricks, np.concatenate([before, needed]), data, narrow)
         return True
 
@@ -381,8 +388,8 @@ class AdaptiveSolver:
         return min(0.9, 0.9 * 4.0 ** (depth - planned))
 
 
-def _greatest(residual: Lanes) -> float:
-    return float(np.abs(residual).max(initial=0.0))
+def _greatest(values: Lanes) -> float:
+    return float(max(values.max(initial=0.0), -values.min(initial=0.0)))
 
 
 def _rounded_up(value: float) -> float:

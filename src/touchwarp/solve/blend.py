@@ -8,7 +8,8 @@ linear in g.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +20,16 @@ from touchwarp.solve.boundary import Boundary
 from touchwarp.solve.cuts import Cuts
 from touchwarp.solve.frame import Frame
 from touchwarp.solve.level import Level
+from touchwarp.solve.threads import threads
 
 HELD = -1
 """Owner number of held surfaces' triangles."""
 
 CONTACT = 1e-4
 """m: points of a prop nearer than this to a fixed surface touch it."""
+
+NOTHING = 1e-12
+"""m: goals that contradict fixed surfaces by less ask for nothing to give way."""
 
 PITCH = 1e-3
 """m, between the samples that stand for the line of contact."""
@@ -75,6 +80,7 @@ class Blend:
     frame: Frame
     boundary: Boundary
     contacts: tuple[_Contact, ...]
+    _asked: list[tuple[NDArray[np.float64], NDArray[np.bool_], float]] = field(default_factory=list)
 
     @classmethod
     def of(cls, scene: Scene, frame: Frame, boundary: Boundary) -> Blend:
@@ -117,7 +123,7 @@ class Blend:
             if len(index) == 0:
                 continue
             s = distance / contact.width
-            foot = contact.feet.query(points)[1]
+            foot = contact.feet.query(points, workers=threads())[1]
             result.append(
                 Terms(
                     index,
@@ -163,7 +169,13 @@ class Blend:
             values[term.index] -= at_foot
 
     def contradiction(self, data: NDArray[np.float64], normal_lanes: NDArray[np.bool_]) -> float:
-        """m: the greatest displacement asked for at a contact that the fixed surface forbids."""
+        """m: the greatest displacement asked for at a contact that the fixed surface forbids.
+
+        The answer for one array of data (v, C), which nobody changes, is kept.
+        """
+        for known, lanes, answer in self._asked:
+            if known is data and np.array_equal(lanes, normal_lanes):
+                return answer
         worst = 0.0
         for contact in self.contacts:
             corners = data[self.boundary.faces[contact.triangle]]
@@ -171,7 +183,38 @@ class Blend:
             if contact.slide:
                 at_foot = at_foot[:, normal_lanes]
             worst = max(worst, float(np.linalg.norm(at_foot, axis=1).max(initial=0.0)))
+        self._asked[:] = [(data, normal_lanes, worst)]
         return worst
+
+
+@dataclass(eq=False)
+class Yielding:
+    """What gives way among some boundary values; found out when a goal first asks for it.
+
+    Attributes:
+        blend: of the scene.
+        find: finds the terms.
+    """
+
+    blend: Blend
+    find: Callable[[], list[Terms]]
+    _terms: list[Terms] | None = None
+
+    def apply(
+        self,
+        values: NDArray[np.floating],
+        data: NDArray[np.float64],
+        normal_lanes: NDArray[np.bool_],
+    ) -> None:
+        """Take what the fixed surfaces forbid away from boundary values (n, C), in place.
+
+        `data`, (v, C) at the corners, is what the values are made of.
+        """
+        if self.blend.contradiction(data, normal_lanes) < NOTHING:
+            return
+        if self._terms is None:
+            self._terms = self.find()
+        self.blend.apply(values, self._terms, data, normal_lanes)
 
 
 def _near(
@@ -202,9 +245,15 @@ def _near(
     else:
         assert tree is not None
         distance = np.asarray(tree.query(samples)[0])
-    touching = distance < reach
-    if not touching.any():
+    touching = np.flatnonzero(distance < reach)
+    if len(touching) == 0:
         return None
+    # Slender triangles have many samples side by side.
+    corner = np.floor(samples[touching] / (PITCH / 2)).astype(np.int64)
+    corner -= corner.min(axis=0)
+    shape = corner.max(axis=0) + 1
+    key = (corner[:, 0] * shape[1] + corner[:, 1]) * shape[2] + corner[:, 2]
+    touching = touching[np.unique(key, return_index=True)[1]]
     return (
         cKDTree(samples[touching]),
         candidates[face[touching]].astype(np.int32),
@@ -231,8 +280,8 @@ def _spread(
     return np.concatenate(points), np.concatenate(owners), np.concatenate(weights)
 
 
-def terms_of_cuts(blend: Blend, level: Level, cuts: Cuts, owner: NDArray[np.int16]) -> list[Terms]:
-    """What gives way at a level's cuts; `owner` (t,) as in `Boundary`."""
+def terms_of_cuts(blend: Blend, level: Level, cuts: Cuts) -> list[Terms]:
+    """What gives way at a level's cuts."""
     if not blend.contacts or len(cuts.node) == 0:
         return []
     nodes = level.coordinates(cuts.node).astype(np.float64)
@@ -245,5 +294,6 @@ def terms_of_cuts(blend: Blend, level: Level, cuts: Cuts, owner: NDArray[np.int1
     direction = cuts.direction[index]
     step = np.where(direction % 2 == 1, 1.0, -1.0) * cuts.distance[index]
     points[np.arange(len(points)), direction // 2] += step
-    found = blend.terms(points / 2.0**level.depth, owner[cuts.triangle[index]])
+    owner = blend.boundary.owner[cuts.triangle[index]]
+    found = blend.terms(points / 2.0**level.depth, owner)
     return [replace(term, index=index[term.index]) for term in found]

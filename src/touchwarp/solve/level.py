@@ -86,9 +86,11 @@ class Level:
 
     def coordinates(self, nodes: NDArray[np.integer] | slice = slice(None)) -> NDArray[np.int64]:
         """(k, 3) int64, the coordinates of nodes (all without it) in this level's cells."""
-        brick, local = np.divmod(self.site[nodes], LOCAL)
-        offset = np.stack([local // 64, local // 8 % 8, local % 8], axis=1)
-        return np.asarray(self.bricks[brick].astype(np.int64) * CELLS + offset)
+        site = self.site[nodes]
+        result: NDArray[np.int64] = self.bricks[site >> 9].astype(np.int64) * CELLS
+        for axis, shift in enumerate((6, 3, 0)):
+            result[:, axis] += (site >> shift) & 7
+        return result
 
     def index_of(self, bricks: NDArray[np.int64]) -> NDArray[np.int64]:
         """(k,) positions in `bricks` of brick coordinates (k, 3), or -1."""

@@ -10,7 +10,13 @@ from touchwarp.solve.multigrid import Stage
 from touchwarp.solve.problem import Problem
 from touchwarp.solve.refine import indicate, octant_of
 from touchwarp.solve.region import Region
-from touchwarp.solve.samples import goal_at_samples, misfit, sample_points, sample_surfaces
+from touchwarp.solve.samples import (
+    goal_at_samples,
+    misfit,
+    sample_points,
+    sample_surfaces,
+    yielding_samples,
+)
 from touchwarp.solve.tube import Tube
 
 SAFETY = 0.75
@@ -109,14 +115,12 @@ class Marker:
         if len(samples.cell) == 0:
             return np.zeros_like(marked)
         goal = goal_at_samples(samples, problem.boundary, data)
-        points = sample_points(stage, samples)
-        terms = problem.blend.terms(points, problem.boundary.owner[samples.triangle])
-        problem.blend.apply(goal, terms, data, normal_lanes)
+        yielding_samples(stage, samples, problem.blend).apply(goal, data, normal_lanes)
         values = extended_inwards(stage, region, normal_lanes)
         over = misfit(stage, samples, goal, values, lane_scale) > (MISFIT * SAFETY * self.tolerance)
         if tube is not None:
-            which = np.flatnonzero(over)
-            over[which] = ~tube.contains(problem.frame.to_scene(points[which]))
+            points = sample_points(stage, samples, over)
+            over[over] = ~tube.contains(problem.frame.to_scene(points))
         return _octants(stage, samples.cell[over])
 
     def _demanded(self, stage: Stage) -> NDArray[np.bool_]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.solve import interface, stencil, transfer
-from touchwarp.solve.blend import Blend, Terms
+from touchwarp.solve.blend import Yielding
 from touchwarp.solve.boundary import Boundary
 from touchwarp.solve.cuts import BrickTriangles, Cuts, cut_edges, sieve_triangles
 from touchwarp.solve.frame import CELLS, Frame
@@ -149,21 +149,20 @@ class Multigrid:
         self,
         i: int,
         data: NDArray[np.float64],
-        blend: Blend | None = None,
-        terms: list[Terms] | None = None,
+        yielding: Yielding | None = None,
     ) -> None:
         """Boundary values on one level.
 
         Args:
             i: the level, counted from the coarsest; coarser ones must have theirs.
             data: (v, 4) g's lanes at the boundary's corners.
-            blend, terms: what gives way to fixed surfaces.
+            yielding: what gives way at the level's cuts.
         """
         stage, cuts = self.stages[i], self.stages[i].cuts
         stage.cut_values = np.empty((len(cuts.distance), LANES), np.float32)
         stencil.values_at_cuts(cuts, self.boundary.faces, data, stage.cut_values)
-        if blend is not None and terms:
-            blend.apply(stage.cut_values, terms, data, self.floor_zero)
+        if yielding is not None:
+            yielding.apply(stage.cut_values, data, self.floor_zero)
         stage.boundary = np.empty((len(cuts.node), LANES), np.float32)
         stencil.gather_boundary(cuts, stage.stencils.cut_weight, stage.cut_values, stage.boundary)
         link = stage.interface
@@ -215,19 +214,17 @@ class Multigrid:
         """Red–black Gauss–Seidel on one level."""
         stage = self.stages[i]
         red, inner = stage.level.n_red, stage.level.n_inner
-        given = stage.level.places, stage.equation, stage.u, _NO_LANES
+        given = stage.level.places, stage.equation, self._on_floor, stage.u, _NO_LANES
         for _ in range(sweeps):
             for count, offset in ((red, 0), (inner - red, red)):
                 share(stencil.relax, count, offset, *given, even=True)
-                self._hold_floor(stage, stage.u)
 
     def residual(self, i: int) -> Lanes:
         """A level's residual at inner nodes, (n, 4) m (rows scaled by h²), until the next one."""
         stage = self.stages[i]
         result = self._room_for(stage)
-        given = stage.level.places, stage.equation, stage.u, result
+        given = stage.level.places, stage.equation, self._on_floor, stage.u, result
         share(stencil.relax, stage.level.n_inner, 0, *given, even=True)
-        self._hold_floor(stage, result)
         return result[: stage.level.n_inner]
 
     def coarsen_equation(self, i: int) -> None:
@@ -254,6 +251,11 @@ class Multigrid:
         fine, coarse = self.stages[i].level, self.stages[i - 1].level
         given = fine.places, coarse.places, *arguments
         share(kernel, len(fine.bricks), *given, work=LOCAL, even=True)
+
+    @property
+    def _on_floor(self) -> NDArray[np.float32]:
+        """(4,) 0 for lanes that vanish on the sliding plane, 1 for the others."""
+        return np.where(self.floor_zero, 0.0, 1.0).astype(np.float32)
 
     def _room_for(self, stage: Stage) -> Lanes:
         """(n, 4) that the next call may overwrite; one array serves all levels."""

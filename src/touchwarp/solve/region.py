@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from touchwarp.solve.cuts import cut_along
-from touchwarp.solve.level import beside, octant_start
+from touchwarp.solve.level import FLOOR, beside, octant_start
 from touchwarp.solve.multigrid import Stage
 
 OUTER = -2
@@ -105,34 +105,54 @@ def _passes(row, start, direction, triangle, owner, region, m, k, d):
     return np.uint8(0)
 
 
+_LOCAL_OF = np.array([448, 448, 56, 56, 7, 7])
+_LAST_OF = np.array([0, 448, 0, 56, 0, 7])
+_STEP_OF = np.array([-64, 64, -8, 8, -1, 1])
+_BEYOND_OF = np.array([4, 22, 10, 16, 12, 14])
+"""For each direction: the bits of a site that it changes, these where the next site is in another
+brick, the step to it, and which of the bricks around that is."""
+
+
 @njit(cache=True, nogil=True)
 def _flood(places, cuts, owner, region):
-    """Start from what each node's neighbours make of it, and go on with what it makes of others."""
+    """Let each node learn from those beside it, and pass on what none was there to learn from."""
     node, around, site, n_inner = places.node, places.around, places.site, places.n_inner
     row, start, direction, triangle = cuts.row, cuts.start, cuts.direction, cuts.triangle
     lists = start, direction, triangle, owner, region
-    stack = np.empty(region.shape[0] + n_inner, np.int32)
-    top = 0
-    for n in range(n_inner):
-        for d in range(6):
-            if region[n]:
-                break
-            k = beside(node, around, site[n], d)
-            if region[k]:
-                plain = row[n] < 0 and row[k] < 0
-                region[n] = region[k] if plain else _passes(row, *lists, n, k, d)
-        if region[n]:
-            stack[top] = n
-            top += 1
-    while top > 0:
-        top -= 1
-        k = stack[top]
+    new = np.empty(len(region), np.int32)
+    count = 0
+    for turn in range(2):
+        for m in range(len(region)):
+            if region[m]:
+                continue
+            s = np.int64(site[m])
+            for d in range(6):
+                if s & _LOCAL_OF[d] != _LAST_OF[d]:
+                    k = node[s + _STEP_OF[d]]
+                elif d == 4 and around[s >> 9, FLOOR] == 1:
+                    k = node[s + 1]
+                else:
+                    there = 512 * np.int64(around[s >> 9, _BEYOND_OF[d]])
+                    k = node[there + (s & 511) - 7 * _STEP_OF[d]]
+                # nothing comes from one node of the rim to another
+                if k < 0 or not region[k] or (k >= n_inner and m >= n_inner):
+                    continue
+                plain = row[m] < 0 and row[k] < 0
+                region[m] = region[k] if plain else _passes(row, *lists, m, k, d)
+                if region[m]:
+                    # those that learn in the second turn were met too late by the ones beside them
+                    new[count] = m
+                    count += turn
+                    break
+    while count > 0:
+        count -= 1
+        k = new[count]
         for d in range(6):
             m = beside(node, around, site[k], d)
-            if region[m]:
+            if m < 0 or region[m] or (k >= n_inner and m >= n_inner):
                 continue
             plain = row[m] < 0 and row[k] < 0
             region[m] = region[k] if plain else _passes(row, *lists, m, k, d ^ 1)
-            if region[m] and m < n_inner:
-                stack[top] = m
-                top += 1
+            if region[m]:
+                new[count] = m
+                count += 1

@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from touchwarp.solve.blend import Blend, Terms, Yielding
 from touchwarp.solve.boundary import Boundary
 from touchwarp.solve.level import LOCAL, node_at
 from touchwarp.solve.multigrid import Lanes, Stage
@@ -98,12 +99,25 @@ def goal_at_samples(samples: Samples, boundary: Boundary, data: NDArray[np.float
     return values
 
 
-def sample_points(stage: Stage, samples: Samples) -> NDArray[np.float64]:
-    """(s, 3) root-grid coordinates of samples."""
-    brick, local = np.divmod(samples.cell, LOCAL)
-    corner = np.stack([local // 64, local // 8 % 8, local % 8], axis=1)
-    where = stage.level.bricks[brick] * 8.0 + corner + samples.place
+def sample_points(
+    stage: Stage, samples: Samples, which: NDArray[np.bool_] | slice = slice(None)
+) -> NDArray[np.float64]:
+    """(k, 3) root-grid coordinates of samples (all without `which`)."""
+    cell = samples.cell[which]
+    where = stage.level.bricks[cell >> 9] * 8.0 + samples.place[which]
+    for axis, shift in enumerate((6, 3, 0)):
+        where[:, axis] += (cell >> shift) & 7
     return np.asarray(where / 2.0**stage.level.depth)
+
+
+def yielding_samples(stage: Stage, samples: Samples, blend: Blend) -> Yielding:
+    """What gives way at samples."""
+
+    def find() -> list[Terms]:
+        owner = blend.boundary.owner[samples.triangle]
+        return blend.terms(sample_points(stage, samples), owner)
+
+    return Yielding(blend, find)
 
 
 def misfit(

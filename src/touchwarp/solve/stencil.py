@@ -118,11 +118,12 @@ def gather_boundary(cuts, cut_weight, values, boundary):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def relax(first, last, offset, places, equation, u, result):
+def relax(first, last, offset, places, equation, on_floor, u, result):
     """Gauss–Seidel over nodes offset + first..last, of one colour, into u; or their residual.
 
     The residual is what `result` (n, 4) receives, unless it is empty; cut rows are scaled to the
-    plain rows' diagonal. Sums are written out, and indices unsigned, for the compiler to see that
+    plain rows' diagonal. On the sliding plane values are multiplied by `on_floor` (4,), 0 for lanes
+    that vanish there. Sums are written out, and indices unsigned, for the compiler to see that
     four lanes are one vector and no index is counted from the end.
     """
     node, around, site = places.node.view(np.uint32), places.around, places.site
@@ -186,6 +187,11 @@ def relax(first, last, offset, places, equation, u, result):
             s1 += source[f, 1]
             s2 += source[f, 2]
             s3 += source[f, 3]
+        if (s & 7) == 0 and around[brick, FLOOR] == 1:
+            s0 *= on_floor[0]
+            s1 *= on_floor[1]
+            s2 *= on_floor[2]
+            s3 *= on_floor[3]
         if smoothing:
             u[m, 0], u[m, 1], u[m, 2], u[m, 3] = scale * s0, scale * s1, scale * s2, scale * s3
         else:

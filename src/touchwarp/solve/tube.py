@@ -14,6 +14,7 @@ from touchwarp.solve.frame import Frame
 from touchwarp.solve.level import beside
 from touchwarp.solve.multigrid import Stage
 from touchwarp.solve.region import Region
+from touchwarp.solve.threads import threads
 
 
 @dataclass(eq=False)
@@ -30,7 +31,9 @@ class Tube:
         """(n,) for points (n, 3) m, scene frame."""
         if self._tree is None or len(points) == 0 or self.radius <= 0.0:
             return np.zeros(len(points), bool)
-        distance, _ = self._tree.query(points, distance_upper_bound=self.radius)
+        distance, _ = self._tree.query(
+            points, distance_upper_bound=self.radius, workers=threads() if len(points) > 1000 else 1
+        )
         return np.asarray(np.isfinite(distance))
 
     def greatest_outside(

@@ -22,6 +22,7 @@ from touchwarp.solve.multigrid import Lanes
 from touchwarp.solve.region import Region
 from touchwarp.solve.samples import Samples
 from touchwarp.solve.stencil import LANES
+from touchwarp.solve.threads import share
 from touchwarp.solve.tube import Tube
 from touchwarp.warp.fit_system import MASTERS, FitSystem, make_system
 from touchwarp.warp.table_grid import TableGrid
@@ -126,7 +127,7 @@ def make_fit(
         )
         coarser = number
     gram = np.concatenate(
-        [_gram(first, s.place, s.weight) for first, s in zip(starts, samples, strict=True)]
+        [_gram_of_cells(first, sample) for first, sample in zip(starts, samples, strict=True)]
     )
     is_behind = np.concatenate(behind)
     system = make_system(
@@ -183,17 +184,22 @@ def _shape(place, s, n):
         )
 
 
-@njit(cache=True, nogil=True)
-def _gram(start, place, weight):
+def _gram_of_cells(start: NDArray[np.int64], sample: Samples) -> NDArray[np.float32]:
+    """(c, 8, 8) Σ w N Nᵀ over each cell's samples."""
     gram = np.zeros((len(start) - 1, 8, 8), np.float32)
+    share(_add_gram, len(gram), start, sample.place, sample.weight, gram, work=64)
+    return gram
+
+
+@njit(cache=True, nogil=True)
+def _add_gram(first, last, start, place, weight, gram):
     n = np.empty(8)
-    for c in range(gram.shape[0]):
+    for c in range(first, last):
         for s in range(start[c], start[c + 1]):
             _shape(place, s, n)
             for i in range(8):
                 for j in range(8):
                     gram[c, i, j] += weight[s] * n[i] * n[j]
-    return gram
 
 
 @njit(cache=True, nogil=True)

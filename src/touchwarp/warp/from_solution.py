@@ -14,8 +14,8 @@ from touchwarp.solve.samples import (
     Samples,
     goal_at_samples,
     misfit,
-    sample_points,
     sample_surfaces,
+    yielding_samples,
 )
 from touchwarp.solve.solution import Solution
 from touchwarp.solve.tube import Tube
@@ -52,10 +52,10 @@ class TableMaker:
             for stage, leaf in zip(stages, self.grid.leaf, strict=True)
         ]
         self.fit: Fit = make_fit(self.grid, solution.regions, self.samples, problem.frame, tube)
-        self._terms = []
-        for stage, sample in zip(stages, self.samples, strict=True):
-            owner = problem.boundary.owner[sample.triangle]
-            self._terms.append(problem.blend.terms(sample_points(stage, sample), owner))
+        self._yielding = [
+            yielding_samples(stage, sample, problem.blend)
+            for stage, sample in zip(stages, self.samples, strict=True)
+        ]
 
     def fits(self, solution: Solution) -> bool:
         """Whether a solution is on the grid that this was made for."""
@@ -67,9 +67,9 @@ class TableMaker:
         """For each stage, (s, 4): boundary data (v, 4) at its samples."""
         boundary = self.problem.boundary
         result = []
-        for sample, terms in zip(self.samples, self._terms, strict=True):
+        for sample, yielding in zip(self.samples, self._yielding, strict=True):
             values = goal_at_samples(sample, boundary, data)
-            self.problem.blend.apply(values, terms, data, normal_lanes)
+            yielding.apply(values, data, normal_lanes)
             result.append(values)
         return result
 

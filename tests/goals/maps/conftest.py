@@ -34,12 +34,17 @@ def ring_surface(
     return Surface(points, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
 
 
-def two_holed_surface() -> Surface:
-    """A slab with two square holes: genus 2."""
+def slab_with_holes(holes: int) -> Surface:
+    """A slab with square holes in a row: as many of them as its genus."""
     import manifold3d
 
-    slab = manifold3d.Manifold.cube((0.1, 0.05, 0.02))
-    for x in (0.02, 0.06):
-        slab -= manifold3d.Manifold.cube((0.02, 0.02, 0.04)).translate((x, 0.015, -0.01))
+    slab = manifold3d.Manifold.cube((0.02 + 0.04 * holes, 0.05, 0.02))
+    for k in range(holes):
+        hole = manifold3d.Manifold.cube((0.02, 0.02, 0.04))
+        slab -= hole.translate((0.02 + 0.04 * k, 0.015, -0.01))
     mesh = slab.to_mesh64()
     return Surface(np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts, np.int64))
+
+
+def two_holed_surface() -> Surface:
+    return slab_with_holes(2)

@@ -245,6 +245,22 @@ describe("the displacement comes and goes at a bounded rate:", () => {
   });
 });
 
+test("a warp that is known better takes its place at once", () => {
+  const retargeter = new HandRetargeter({ onset: 0.1 });
+  const [levels, better] = [warpOf("levels"), warpOf("levels").at(matrix("carried.pose"))];
+  const shown = new Float32Array(FRAME);
+  retargeter.replace(better); // none is in use: nothing is replaced
+  retargeter.update(levels, tracked(1), radii, 0, shown);
+  retargeter.update(levels, tracked(1), radii, 0.1, shown);
+  retargeter.replace(better);
+  retargeter.update(better, tracked(1), radii, 0.15, shown);
+  expect(retargeter.weight).toBe(1);
+  const other = new HandRetargeter({ onset: 0 });
+  const expected = new Float32Array(FRAME);
+  other.update(better, tracked(1), radii, 0, expected);
+  expect(difference(shown, expected)).toBe(0);
+});
+
 describe("a carried prop", () => {
   const pose = (x: number, angle = 0): number[] => {
     const [c, s] = [Math.cos(angle), Math.sin(angle)];

@@ -99,7 +99,10 @@ class Levels:
 @njit(cache=True, error_model="numpy")
 def faces_of(ring, shift, degree, alive):
     """Faces (m, 3) and corner shifts (m, 3, 2) from rings."""
-    count = 2 * alive.sum() + 8
+    count = 0  # of corners: every face is counted by its three
+    for v in range(len(alive)):
+        count += degree[v] if alive[v] else 0
+    count //= 3
     faces = np.empty((count, 3), np.int64)
     shifts = np.zeros((count, 3, 2))
     found = 0
@@ -113,7 +116,7 @@ def faces_of(ring, shift, degree, alive):
                 shifts[found, 1] = shift[v, j]
                 shifts[found, 2] = shift[v, i]
                 found += 1
-    return faces[:found], shifts[:found]
+    return faces, shifts
 
 
 @njit(cache=True, error_model="numpy")

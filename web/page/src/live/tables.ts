@@ -1,6 +1,9 @@
 import { type AffineBases, type AffineWarp, openWarp, type Warp } from "touchwarp";
 import type { Matrix, SceneState, WarpFile } from "./messages.js";
 
+/** Goals that differ by less than the server rounds them to are the same. */
+const SAME_GOAL = 1e-4;
+
 /** A table that is here or on its way, with the scene that it was made for. */
 interface Held<Table> {
   readonly file: WarpFile;
@@ -22,6 +25,8 @@ export class Tables {
   exact = false;
   /** Counts every change of `current` and of its levels. */
   version = 0;
+  /** Counts every change of what is to be displayed; within one, warps differ by their errors only. */
+  generation = 0;
   problem: string | null = null;
 
   #warp: Held<Warp> | null = null;
@@ -31,6 +36,7 @@ export class Tables {
   #instant: AffineWarp | null = null;
   #goals = new Map<string, Float64Array>();
   #scene = "";
+  #stand = "";
   #moved = false;
   #warpCurrent = false;
   #listeners = new Set<() => void>();
@@ -67,12 +73,12 @@ export class Tables {
   /** Take over what a new state names. */
   update(state: SceneState): void {
     this.#warpCurrent = state.warp_current;
-    const scene = JSON.stringify(
-      state.props.map(({ goal, pose, surface }) => [goal, pose, surface]),
-    );
+    const stand = JSON.stringify(state.props.map(({ pose, surface }) => [pose, surface]));
+    const scene = JSON.stringify([stand, state.props.map(({ goal }) => goal)]);
     if (scene !== this.#scene) {
       this.#scene = scene;
-      this.#takeGoals(state);
+      if (stand !== this.#stand || !this.#isShown(state)) this.#takeGoals(state);
+      this.#stand = stand;
     }
     if (state.warp_current) this.#moved = false;
     if (state.warp !== null && state.warp_current) this.#hold(state.warp);
@@ -95,6 +101,7 @@ export class Tables {
   setGoal(prop: string, goal: Float64Array): void {
     this.#goals.set(prop, goal);
     this.#moved = true;
+    this.generation++;
     this.#instant?.setGoal(prop, goal);
     this.#choose();
   }
@@ -103,7 +110,17 @@ export class Tables {
     return this.#goals.get(prop);
   }
 
+  /** Whether a state's goals are those that are displayed already, as after a drag. */
+  #isShown(state: SceneState): boolean {
+    return state.props.every(({ name, goal }) => {
+      const shown = this.#goals.get(name);
+      if (goal === null || shown === undefined) return false;
+      return columns(goal).every((value, k) => Math.abs(value - shown[k]!) < SAME_GOAL);
+    });
+  }
+
   #takeGoals(state: SceneState): void {
+    this.generation++;
     for (const prop of state.props) {
       if (prop.goal !== null) this.#goals.set(prop.name, columns(prop.goal));
     }

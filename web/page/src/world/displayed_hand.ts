@@ -56,6 +56,11 @@ export class DisplayedHand {
     this.#retargeter.active = active;
   }
 
+  /** The same warp, known better. */
+  replace(warp: Warp): void {
+    this.#retargeter.replace(warp);
+  }
+
   /** One frame; arguments as of `HandRetargeter.update`. */
   update(warp: Warp | null, poses: Float32Array, radii: Float32Array, time: number): void {
     this.#weigh(poses, radii);

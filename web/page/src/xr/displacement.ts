@@ -15,6 +15,7 @@ export class Displacement {
   readonly watch = new ContactWatch();
   #warp: Warp | null = null;
   #source: Warp | null = null;
+  #generation = -1;
 
   constructor(
     readonly context: Context,
@@ -63,9 +64,13 @@ export class Displacement {
   #placedWarp(): Warp | null {
     const { tables } = this.context;
     const T_room_scene = this.placed.pose.matrix(matrix).elements;
-    if (tables.current !== this.#source) {
+    if (tables.current !== this.#source || tables.generation !== this.#generation) {
+      const same = tables.generation === this.#generation;
       this.#source = tables.current;
+      this.#generation = tables.generation;
       this.#warp = this.#source?.at(T_room_scene) ?? null;
+      // What is displayed stays the same: no need to ease it out and in.
+      if (same && this.#warp) for (const hand of this.hands) hand.replace(this.#warp);
     }
     this.#warp?.place(T_room_scene);
     return this.#warp;

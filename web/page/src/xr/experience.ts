@@ -1,6 +1,6 @@
 import { Matrix4, Ray, Vector3 } from "three";
 import type { Context } from "../context.js";
-import type { FromServer, SceneState } from "../live/messages.js";
+import type { SceneState } from "../live/messages.js";
 import { AnchoredPose } from "./anchored_pose.js";
 import { Calibrator, type Way } from "./calibrator.js";
 import { depict } from "./depict.js";
@@ -47,7 +47,6 @@ export class Experience {
   #last = 0;
   #foundOn: 0 | 1 = 1;
   #loading = false;
-  #unlisten: () => void;
   #probe = new Probe();
 
   constructor(
@@ -58,7 +57,6 @@ export class Experience {
   ) {
     this.displacement = new Displacement(context, this.placed);
     this.resolver = new Resolver(context);
-    this.#unlisten = context.listen((message) => this.#hear(message));
     xr.addEventListener("end", () => this.#end());
     xr.addEventListener("visibilitychange", () => {
       const kind = xr.visibilityState === "visible" ? "resume" : "pause";
@@ -124,7 +122,6 @@ export class Experience {
     this.room.furnish(props, state);
     this.displacement = new Displacement(this.context, this.placed);
     if (before.length === 0) this.session = begin(props.length);
-    if (objectsOf(this.context.state) !== this.#scene) await this.#load();
   }
 
   #calibratorOf(prop: PropModel): Calibrator {
@@ -136,12 +133,16 @@ export class Experience {
     return calibrator;
   }
 
-  /** The scene may be changed on the desk meanwhile: its virtual objects, or where its props stand. */
-  #hear(message: FromServer): void {
-    if (message.kind !== "state" || this.session.phase === "resolve" || this.#loading) return;
-    if (objectsOf(message) === this.#scene) return;
+  /** The scene is another one than is shown: it may be changed on the desk meanwhile. */
+  get #outdated(): boolean {
+    return this.session.phase !== "resolve" && objectsOf(this.context.state) !== this.#scene;
+  }
+
+  /** Show the scene as it now is, once hands have been eased out of the one before. */
+  #keepUp(): void {
+    if (this.#loading || !this.#outdated || this.displacement.weight > 0) return;
     const stand = (scene: string) => JSON.stringify(JSON.parse(scene).map((o: unknown[]) => o[0]));
-    const moved = stand(objectsOf(message)) !== stand(this.#scene);
+    const moved = stand(objectsOf(this.context.state)) !== stand(this.#scene);
     void this.#load().then(() => {
       if (moved) this.tell({ kind: "redo" });
     });
@@ -168,6 +169,7 @@ export class Experience {
     this.#keepSafe(time);
     this.#followTouches(time);
     if (this.session.phase === "resolve") this.#seeWhetherResolved();
+    this.#keepUp();
     this.displacement.update(time, this.inputs, isDisplaced(this.session));
     const goal = worldGoal(this.session);
     this.world = fade(this.world, goal, elapsed, goal === 1 ? APPEAR : VANISH);
@@ -181,9 +183,9 @@ export class Experience {
     const wrists = this.inputs.map((input) => input.poses[13]!) as [number, number];
     if (this.#handsUp.update(this.head.y, wrists, time))
       this.tell({ kind: "pause", pause: "asked" });
-    const lacking = this.context.tables.current === null;
-    if (lacking !== session.pauses.has("no warp")) {
-      this.tell({ kind: lacking ? "pause" : "resume", pause: "no warp" });
+    const unready = this.context.tables.current === null || this.#loading || this.#outdated;
+    if (unready !== session.pauses.has("unready")) {
+      this.tell({ kind: unready ? "pause" : "resume", pause: "unready" });
     }
     if (!this.#playCentre || session.phase !== "immersed") return;
     const radius = this.choices.standing ? STANDING_RADIUS : SEATED_RADIUS;
@@ -323,7 +325,6 @@ export class Experience {
 
   #end(): void {
     this.tell({ kind: "end" });
-    this.#unlisten();
     this.resolver.dispose();
     for (const calibrator of this.calibrators) calibrator.dispose();
     this.room.renderer.setAnimationLoop(null);

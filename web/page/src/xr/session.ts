@@ -8,8 +8,9 @@
  */
 export type Phase = "preflight" | "calibrate" | "resolve" | "verify" | "immersed" | "ended";
 
-/** Why a session is paused: by the person's wish or gesture, for safety, or for want of a warp. */
-export type Pause = "asked" | "hidden" | "outside" | "no warp";
+/** Why a session is paused: by the person's wish or gesture, for safety, or since there is no warp
+ * yet for the scene as it now is. */
+export type Pause = "asked" | "hidden" | "outside" | "unready";
 
 export interface Session {
   readonly phase: Phase;

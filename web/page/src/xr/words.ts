@@ -41,8 +41,8 @@ export function instruct(session: Session, calibrator: Calibrator, facts: Facts)
     const where = facts.seesRoom ? "This is the real room." : "Hands are shown where they are.";
     return plain("Paused", [`${where} Poke Resume to go on.`]);
   }
-  if (pauses.has("no warp") && session.phase === "immersed") {
-    return plain("One moment", ["The warp is still being solved; hands are shown as they are."]);
+  if (pauses.has("unready") && session.phase === "immersed") {
+    return plain("One moment", ["The scene is being prepared; hands are shown as they are."]);
   }
   switch (session.phase) {
     case "preflight":

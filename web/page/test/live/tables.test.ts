@@ -217,4 +217,21 @@ describe("the warp in use", () => {
     tables.restore(now);
     expect([tables.exact, tables.goal("mug")![12]]).toEqual([true, 0]);
   });
+
+  it("counts what is displayed anew: a move, not the solve of what was moved to", () => {
+    const before = state(0, { warp: file("a"), warp_current: true });
+    tables.update(before);
+    const { generation } = tables;
+    const goal = new Float64Array([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0.01, 0, 0, 1]);
+    tables.setGoal("mug", goal);
+    expect(tables.generation).toBe(generation + 1);
+    tables.update(state(0.01, { warp: file("a") })); // the server has heard of it
+    tables.update(state(0.01, { warp: file("b"), warp_current: true }));
+    expect(tables.generation).toBe(generation + 1);
+    tables.update(state(0.02, { warp: file("b") })); // somebody else has moved it
+    expect(tables.generation).toBe(generation + 2);
+    const stands = { name: "mug", goal: matrix(0.02), pose: { x: 1 }, surface: "./mug" };
+    tables.update(state(0, { props: [stands] } as unknown as Partial<SceneState>));
+    expect(tables.generation).toBe(generation + 3);
+  });
 });

@@ -55,7 +55,7 @@ describe("a session", () => {
     expect(isDisplaced(go(session, VERIFIED))).toBe(true);
   });
 
-  it.each(["asked", "hidden", "outside", "no warp"] as const)(
+  it.each(["asked", "hidden", "outside", "unready"] as const)(
     "shows nothing virtual while paused: %s",
     (pause) => {
       const paused = go(immersed, { kind: "pause", pause });

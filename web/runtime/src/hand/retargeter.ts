@@ -84,6 +84,16 @@ export class HandRetargeter {
   }
 
   /**
+   * Take another warp for the one in use, at once and without easing: for one that displays the same
+   * and is only known better, as the solved warp after an instant one.
+   */
+  replace(warp: Warp | CarriedWarp): void {
+    if (this.source) {
+      this.source = warp;
+    }
+  }
+
+  /**
    * One frame.
    * @param warp f; null, or another than last time, eases the old one out first. One that goes with
    * a prop is given as the `CarriedWarp`.
