@@ -111,7 +111,7 @@ class MatchGoal:
     virtual: Surface
     displacement_weight: float = 1.0
     smoothness_weight: float = 0.2
-    area_weight: float = 0.3
+    area_weight: float = 0.5
     normal_weight: float = 0.05
     curvature_weight: float = 0.1
     landmarks: Sequence[Landmark] = ()

@@ -52,7 +52,7 @@ def test_the_surface_claim_rejects_images_a_hair_off() -> None:
 def test_area_preserving_keeps_areas_and_match_moves_less(pair: str, cut_corners: float) -> None:
     prop, virtual = PAIRS[pair]
     kept = area_preserving_goal(Prop("prop", prop), AreaPreservingGoal(virtual, tolerance_mm=0.3))
-    matched = match_goal(Prop("prop", prop), MatchGoal(virtual, tolerance_mm=0.3))
+    matched = match_goal(Prop("prop", prop), MatchGoal(virtual, area_weight=0.3, tolerance_mm=0.3))
     assert kept.report["domain_area_std"] <= 0.01
     assert kept.report["domain_flips"] == 0
     # Straight triangles cut corners at a tolerance as coarse as this.
