@@ -45,6 +45,7 @@ export class Desk {
   #loading = false;
   #connected = true;
   #drawnVersion = -1;
+  #timed = false;
   #panelAsked = false;
   #placements = new Map<string, Placement>();
 
@@ -181,6 +182,16 @@ export class Desk {
     if (document.body.dataset.ready === undefined && this.#props.length > 0) {
       document.body.dataset.ready = "true";
       performance.mark("first-picture");
+    }
+    if (this.#timed || this.#props.length === 0) return;
+    const warp = this.#context.tables.current;
+    if (warp !== null && document.body.dataset.displaced === undefined) {
+      document.body.dataset.displaced = "true";
+      performance.mark("first-displaced");
+    }
+    if (warp !== null && warp.levelsLoaded === warp.levelCount) {
+      performance.mark("whole-warp");
+      this.#timed = true;
     }
   }
 
