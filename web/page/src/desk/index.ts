@@ -323,15 +323,17 @@ export class Desk {
         },
         place: (placement) => {
           this.#gizmo.set(placement, true);
+          this.#renderPanel(); // before the server can answer: what it refuses is written over
           refresh();
         },
         weightTold: (share) => {
           this.#weightShare = share;
-          this.#askPanel();
+          this.#renderPanel();
         },
         weight: (value) => {
           this.#weightShare = null;
           this.#context.changes.ask({ mismatch_weight: value });
+          this.#askPanel();
         },
         save: () => {
           this.#context.connection?.send({ kind: "save_scene" });
