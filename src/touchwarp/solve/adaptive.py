@@ -141,25 +141,23 @@ class AdaptiveSolver:
             for i in range(len(grid.stages)):
                 self._start(i, data)
         deepest = self._depth_of(self.edge_radius / MOST_CELLS_ACROSS_TUBE)
-        missed, grown = np.inf, True
+        missed = np.inf
         while True:
             bricks = self._next_bricks(data, lane_scale, self._depth_at_edges)
             if len(bricks):
                 self._check_memory(len(bricks))
                 self._add_level(bricks, bricks, data)
                 self._tell(f"{self.nodes:,} nodes", self._share_done())
-                grown = True
                 continue
-            if self._depth_at_edges >= deepest:
+            finest = grid.stages[-1].level.depth
+            if not self._depth_at_edges <= finest < deepest:
                 break
-            if grown:
-                agree(grid.stages, self.regions, self.problem.boundary.owner)
-                self._find_thin_parts()
-                before, missed = missed, self._error_outside_tube()
-                if missed < SAFETY * self.tolerance or missed > HELPED * before:
-                    break
-            self._depth_at_edges += 1
-            grown = False
+            agree(grid.stages, self.regions, self.problem.boundary.owner)
+            self._find_thin_parts()
+            before, missed = missed, self._error_outside_tube()
+            if missed < SAFETY * self.tolerance or missed > HELPED * before:
+                break
+            self._depth_at_edges = finest + 1
         agree(grid.stages, self.regions, self.problem.boundary.owner)
         self._find_thin_parts()
         self.settle()
