@@ -70,6 +70,8 @@
   window.headset = {
     device,
     lost,
+    /** The real clock, ms. */
+    now: real.now,
     takeClock() {
       now = real.now();
       manual = true;

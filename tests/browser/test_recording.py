@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, WebSocketRoute, expect
 
 import touchwarp as tw
 from tests.browser.desk import LONG, at, open_page
@@ -133,6 +133,37 @@ def test_a_recording_is_replayed(page: Page, serve: Serve, ball: Path) -> None:
     assert int(moment.input_value()) == int(moment.get_attribute("max") or 0) > 10
     page.locator("button[name=close-replay]").click()
     expect(page.locator("button[name=record]")).to_be_visible()
+
+
+def test_a_recording_is_replayed_once_the_server_has_all_of_it(
+    page: Page, serve: Serve, ball: Path
+) -> None:
+    """Asked for at once after Stop, when its last second has not been delivered."""
+    held: list[str | bytes] = []
+    on_the_way: list[WebSocketRoute] = []
+    holding = False
+
+    def hold(socket: WebSocketRoute) -> None:
+        on_the_way.append(socket.connect_to_server())
+        socket.on_message(lambda said: held.append(said) if holding else on_the_way[0].send(said))
+
+    page.route_web_socket("**/live", hold)
+    open_page(page, serve(ball).url)
+    begin(page, "P10")
+    wander(page, 6)
+    holding = True
+    page.locator("button[name=stop-recording]").click()
+    page.locator("button[name=replay]").click()
+    entry = page.locator("dialog .listed button")
+    expect(entry).to_contain_text("on its way to the server")
+    expect(entry).to_be_disabled()
+    holding = False
+    for said in held:
+        on_the_way[0].send(said)
+    entry.click()
+    moment = page.locator("input[name=moment]")
+    expect(moment).to_be_visible(timeout=LONG)
+    assert int(moment.get_attribute("max") or 0) > 10
 
 
 def test_an_exported_page_keeps_recordings_on_the_device(
