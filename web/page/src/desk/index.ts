@@ -335,9 +335,7 @@ export class Desk {
           this.#context.changes.ask({ mismatch_weight: value });
           this.#askPanel();
         },
-        save: () => {
-          this.#context.connection?.send({ kind: "save_scene" });
-        },
+        save: () => this.#context.changes.save(),
         check: (line) => {
           const size = boxAround(this.#props).getSize(new Vector3()).length();
           this.#marker.toggle(line, size);

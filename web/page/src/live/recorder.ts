@@ -184,7 +184,10 @@ export class Recorder {
     this.#notes = [];
     const key = keyOf(recording, header.sequence);
     this.#waiting.add(key);
-    this.#write(() => this.#store.put(key, { recording, sequence: header.sequence, bytes }));
+    // at once, not after what is being written: the page may be closed in this very moment
+    const written = this.#store.put(key, { recording, sequence: header.sequence, bytes });
+    written.catch(() => {}); // as any other write that fails: the server may still have it
+    this.#write(() => written);
     this.connection?.send(bytes);
     this.#changed();
   }
