@@ -163,17 +163,14 @@ class AdaptiveSolver:
         self.settle()
 
     def solve(self, data: NDArray[np.float64], normal_lanes: NDArray[np.bool_]) -> None:
-        """Solve for other boundary data (v, 4) on the grid as it is.
+        """Solve for other boundary data (v, 4) on the grid as it is, from the last solution.
 
         Raises:
             SolveError: no convergence.
         """
         self.multigrid.floor_zero = normal_lanes
-        for stage in self.multigrid.stages:
-            stage.u[:] = 0.0
-            stage.source[:] = 0.0
         for i in range(len(self.multigrid.stages)):
-            self._start(i, data)
+            self.multigrid.set_stage_goal(i, data, self._yielding[i])
         self.settle()
 
     def demand(self, points: NDArray[np.float64], depths: NDArray[np.int64]) -> bool:
