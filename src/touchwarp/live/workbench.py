@@ -138,7 +138,7 @@ class Workbench:
             return list(self._news.values())
 
     def file(self, identity: str) -> Path | None:
-        """A published file by its identity; earlier ones too, which a slow page may still ask for."""
+        """A published file by its identity; earlier ones too, for a page that is slow to ask."""
         return self._files.get(identity)
 
     def surface(self, key: str) -> bytes | None:
