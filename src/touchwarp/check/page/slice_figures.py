@@ -194,11 +194,11 @@ def _objects(axes: Axes, cut: Slice, fill: bool = True, seen: dict[str, Any] | N
             levels=[0.5, 1.5],
             colors=[SOLID],
         )
-    plain = {"color": SEEN, "linewidth": 1.6}
-    for segments, style in (
-        (cut.seen, seen or plain),
+    outlines: tuple[tuple[NDArray[np.float64], dict[str, Any]], ...] = (
+        (cut.seen, seen or {"color": SEEN, "linewidth": 1.6}),
         (cut.felt, {"color": FELT, "linewidth": 1.8}),
-    ):
+    )
+    for segments, style in outlines:
         lines = _joined(1e3 * segments)
         if not fill and "path_effects" not in style:
             # a rim in the card's colour, so that the outline stands out from any other
