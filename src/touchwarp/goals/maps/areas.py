@@ -18,6 +18,7 @@ FAR_SPREAD = 0.05
 FAR_RATIO = 0.3
 LEAST_SHRINK = 0.05
 """No step may shrink a triangle to less than this part of its area."""
+HALVINGS = 20
 SLIVER = 1e-4
 """Triangles smaller than this part of the mean count as so large."""
 
@@ -69,10 +70,8 @@ def polish_areas(
             move = system.solve(1e-9)
             step = 1.0
             for _ in range(8):
-                points = moved_along(layout.points, frames, step * move, flat)
-                trial = layout.moved(points)
-                after = trial.shares
-                if (after > LEAST_SHRINK * shares).all() and _energy(after, target, far) < before:
+                trial, after = moved_unturned(layout, shares, frames, step * move)
+                if after.min() > 0 and _energy(after, target, far) < before:
                     improved = True
                     break
                 step *= 0.5
@@ -99,6 +98,30 @@ def moved_along(
     if not flat:
         moved /= np.linalg.norm(moved, axis=1, keepdims=True)
     return np.asarray(moved)
+
+
+def moved_unturned(
+    layout: Layout,
+    shares: NDArray[np.float64],
+    frames: NDArray[np.float64],
+    move: NDArray[np.float64],
+) -> tuple[Layout, NDArray[np.float64]]:
+    """The layout with its points moved, and the new shares; shorter moves where a triangle suffers.
+
+    Corners of triangles that would shrink to next to nothing, or turn over, halve their moves until
+    none does; so one thin triangle does not hold back all others.
+    """
+    faces = layout.mesh.faces
+    step = np.ones(len(move))
+    for _ in range(HALVINGS):
+        trial = layout.moved(moved_along(layout.points, frames, step[:, None] * move, layout.flat))
+        after = trial.shares
+        spoiled = after < LEAST_SHRINK * shares
+        if not spoiled.any():
+            break
+        corners = np.unique(faces[spoiled])
+        step[corners] *= 0.5
+    return trial, after
 
 
 def _energy(shares: NDArray[np.float64], target: NDArray[np.float64], far: bool) -> float:
