@@ -26,7 +26,7 @@ from touchwarp.solve.tube import Tube
 
 Progress = Callable[[str, float], None]
 
-BYTES_PER_NODE = 330
+BYTES_PER_NODE = 150
 """Peak memory a node, measured by `benchmarks/memory.py`, table and fit included."""
 
 NODES_PER_BRICK = 640
@@ -371,8 +371,8 @@ class AdaptiveSolver:
             return
         met = max(self._error_outside_tube(), self.tolerance * 1.5)
         raise SolveError(
-            f"A tolerance of {self.tolerance * 1e3:g} mm needs about {needed / 1e9:.2g} GB, over "
-            f"the limit of {self.memory_limit / 1e9:.2g} GB. What fits is about "
+            f"A tolerance of {self.tolerance * 1e3:g} mm needs more than {needed / 1e9:.2g} GB, "
+            f"over the limit of {self.memory_limit / 1e9:.2g} GB. What fits is about "
             f"{_rounded_up(met * 1e3 * needed / self.memory_limit):g} mm: ask for that tolerance, "
             "or allow more memory."
         )
