@@ -72,9 +72,9 @@ def demo_command(folder: Path, tolerance_mm: float) -> None:
     click.echo(f"Checked {folder / 'mug.html'} in {in_words(cup.report.facts['seconds'])}.")
     turned = make_turned_cup(folder)
     click.echo(
-        f"Instant {folder / 'turned.warp'}, the cup moved and turned, in "
-        f"{in_words(turned.seconds)} with no new solve (bases solved once, "
-        f"{in_words(turned.seconds_before)}); checked in {folder / 'turned.html'}."
+        f"Instant {folder / 'turned.warp'}, the cup moved and turned, with no new solve: bases are "
+        f"solved once ({in_words(turned.seconds_before)}), each transform then takes "
+        f"{in_words(turned.seconds)}; checked in {folder / 'turned.html'}."
     )
     click.echo()
     click.echo(closing_line(folder, cup))
@@ -108,12 +108,13 @@ def make_turned_cup(folder: Path) -> Made:
         bases = tw.solve_bases(scene, progress=progress)
     goals = tw.goals(scene).items()
     transforms = {name: goal.matrix for name, goal in goals if goal.matrix is not None}
-    solved = perf_counter()
+    bases.table(transforms)  # compiles on the first run ever
+    ready = perf_counter()
     warp = bases.table(transforms)
     combined = perf_counter()
     warp.save(folder / "turned.warp")
     report = certify(folder / "turned", scene, warp)
-    return Made(warp, report, combined - solved, solved - start)
+    return Made(warp, report, combined - ready, ready - start)
 
 
 def certify(stem: Path, scene: Scene, warp: TableWarp) -> Report:
