@@ -308,10 +308,11 @@ def test_what_stops_halfway_leaves_the_old_file(error, tmp_path: Path, monkeypat
 
 def test_ctrl_c_while_saving_leaves_a_whole_file_or_none(tmp_path: Path) -> None:
     script = (
-        "import sys; from pathlib import Path\n"
+        "import os, sys; from pathlib import Path\n"
         "from tests.warp.tables import sphere_table\n"
+        "parent = os.getppid()\n"
         "warp = sphere_table(); print('ready', flush=True)\n"
-        "while True: warp.save(Path(sys.argv[1]))\n"
+        "while os.getppid() == parent: warp.save(Path(sys.argv[1]))\n"
     )
     path = tmp_path / "a.warp"
     running = subprocess.Popen(
