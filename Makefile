@@ -35,8 +35,10 @@ lint: $(VENV)/.develops
 types: $(VENV)/.develops
 	$(BIN)/mypy
 
+# the browser's tests measure time: nothing else runs beside them
 tests: $(VENV)/.develops $(PAGE)
-	$(BIN)/pytest -q
+	$(BIN)/pytest -q --numprocesses auto --maxprocesses 4 --ignore tests/browser
+	$(BIN)/pytest -q tests/browser
 
 wheel: $(VENV)/.develops
 	$(BIN)/python .ci/check_wheel.py

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,12 @@ SHARED = Path(os.environ.get("TOUCHWARP_SHARED", CHECKOUT.parent / "shared"))
 def shared_data() -> Path:
     """The folder with data/ (meshes) and reference/ (fields); use with `needs_shared_data`."""
     return SHARED
+
+
+def pytest_configure() -> None:
+    """Ctrl-C is heard even where the tests run in the background, whose shell has turned it off."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

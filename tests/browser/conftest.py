@@ -7,10 +7,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 import touchwarp as tw
 from tests.browser.chromium import FLAGS, obtain_chromium
+from tests.browser.desk import LONG
 from tests.browser.server import Server
 
 SCENE = """\
@@ -56,6 +57,8 @@ plane = { point = [0, 0, 0], normal = [0, 0, 1] }
 contact = "slide"
 """
 
+expect.set_options(timeout=LONG)
+
 SHOTS = Path(__file__).resolve().parents[2] / "build" / "screenshots"
 
 
@@ -80,7 +83,7 @@ def page(chromium: Browser, serve: Callable[[Path], Server]) -> Iterator[Page]:
     """
     context = chromium.new_context(viewport={"width": 960, "height": 560}, ignore_https_errors=True)
     tab = context.new_page()
-    tab.set_default_timeout(20_000)
+    tab.set_default_timeout(LONG)
     errors: list[str] = []
     tab.on("pageerror", lambda error: errors.append(str(error)))
     tab.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)

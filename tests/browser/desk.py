@@ -3,21 +3,79 @@
 from __future__ import annotations
 
 import io
+import json
+import re
+import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from matplotlib.image import imread
 from numpy.typing import NDArray
-from playwright.sync_api import Page
+from playwright.sync_api import Page, WebSocketRoute, expect
 
 LONG = 120_000
-"""ms; for what has to be solved on a busy machine."""
+"""ms; how long anything is waited for: what is awaited is the condition, not the machine."""
 
 
 def open_page(page: Page, url: str) -> None:
     """Open a page and wait for its first picture."""
     page.goto(url)
     page.wait_for_selector("body[data-ready]")
+
+
+def drawn(page: Page) -> None:
+    """Wait until what was done has come into a frame."""
+    frame = "requestAnimationFrame"
+    page.evaluate(f"() => new Promise((done) => {frame}(() => {frame}(() => done())))")
+
+
+def whole_warp(page: Page) -> None:
+    """Wait until the solved warp is in use, with all its levels."""
+    expect(page.locator(".exactness")).to_have_attribute("data-exact", "true")
+    expect(page.locator(".exactness")).to_have_text(re.compile(r"(\d+) of \1 levels"))
+    drawn(page)
+
+
+def keep_texts(page: Page, *selectors: str) -> Callable[[], list[list[str]]]:
+    """Have a page, not yet opened, remember all that elements ever told; gives what they did."""
+    page.add_init_script(
+        f"window.told = []; new MutationObserver(() => told.push({list(selectors)}.map("
+        "(name) => document.querySelector(name)?.textContent ?? ''))).observe(document,"
+        " { subtree: true, childList: true, characterData: true })"
+    )
+    return lambda: page.evaluate("told")
+
+
+class HeldBack:
+    """What the server says to a page, not yet opened, until it is let through."""
+
+    def __init__(self, page: Page) -> None:
+        self._held: list[str | bytes] = []
+        self._open = False
+        page.route_web_socket("**/live", self._route)
+
+    @property
+    def kinds(self) -> list[str]:
+        """Of the messages that are held."""
+        return [json.loads(message)["kind"] for message in self._held]
+
+    def let_through(self, first: str | None = None) -> None:
+        """All up to the first message of a kind; without one, all that comes later, too."""
+        count = len(self._held) if first is None else self.kinds.index(first) + 1
+        self._open = first is None
+        for message in self._held[:count]:
+            self._page.send(message)
+        del self._held[:count]
+
+    def _route(self, socket: WebSocketRoute) -> None:
+        self._page = socket
+        socket.connect_to_server().on_message(self._hear)
+
+    def _hear(self, message: str | bytes) -> None:
+        self._held.append(message)
+        if self._open:
+            self.let_through()
 
 
 def at(page: Page, selector: str, x: float, y: float) -> tuple[float, float]:
@@ -40,11 +98,15 @@ def picture(page: Page, selector: str) -> NDArray[np.float64]:
 
 def wait_for(page: Page, selector: str, holds: Any, message: str) -> None:
     """Until an element's picture is as wanted; drawing takes its time on a busy machine."""
-    for _ in range(200):
-        if holds(picture(page, selector)):
-            return
+    wait_until(page, lambda: holds(picture(page, selector)), message)
+
+
+def wait_until(page: Page, holds: Callable[[], Any], message: str) -> None:
+    """Until something holds that the page does not tell by itself."""
+    deadline = time.monotonic() + 1e-3 * LONG
+    while not holds():
+        assert time.monotonic() < deadline, message
         page.wait_for_timeout(50)
-    raise AssertionError(message)
 
 
 def is_green(rgb: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -12,10 +12,17 @@
   let manual = false;
   let now = 0;
   let waiting = [];
-  window.requestAnimationFrame = (callback) =>
-    manual ? waiting.push(callback) : real.frame((time) => (manual ? waiting.push(callback) : callback(time)));
+  let due = 0; // frames that the browser still owes
+  window.requestAnimationFrame = (callback) => {
+    if (manual) return waiting.push(callback);
+    due++;
+    return real.frame((time) => {
+      due--;
+      if (manual) waiting.push(callback);
+      else callback(time);
+    });
+  };
   performance.now = () => (manual ? now : real.now());
-
 
   const hands = {};
   for (const side of ["left", "right"]) {
@@ -70,13 +77,17 @@
   window.headset = {
     device,
     lost,
+    /** The real clock, ms. */
+    now: real.now,
     takeClock() {
       now = real.now();
       manual = true;
     },
+    /** Whether all that waits for a frame waits for this clock's. */
+    hasClock: () => manual && due === 0,
     giveClockBack() {
       manual = false;
-      for (const callback of waiting.splice(0)) real.frame(callback);
+      for (const callback of waiting.splice(0)) requestAnimationFrame(callback);
     },
     /** One frame that is drawn. */
     draw() {

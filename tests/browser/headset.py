@@ -50,10 +50,9 @@ class Headset:
             self.page.check(f".preflight input[name={name}]")
         self.page.click(".preflight .enter")
         self.page.wait_for_selector("#enter-xr:disabled")
-        while self.page.evaluate("window.touchwarpProbe?.session.phase") != "calibrate":
-            self.page.wait_for_timeout(20)
+        self._await("window.touchwarpProbe?.session.phase === 'calibrate'")
         self.page.evaluate("headset.takeClock()")
-        self.page.wait_for_timeout(50)
+        self._await("headset.hasClock()")
 
     def leave(self) -> None:
         """End the session, as the headset's own button would."""
@@ -80,8 +79,16 @@ class Headset:
 
     def settle(self) -> None:
         """Wait, outside the headset's time, until what touches tell has been worked out."""
-        idle = "!touchwarpProbe.calibrator?.busy"
-        self.page.wait_for_function(f"() => {idle}", polling=20, timeout=60_000)
+        self._await("!touchwarpProbe.calibrator?.busy")
+
+    def await_warp(self) -> None:
+        """Wait, outside the headset's time, until the solved warp has come, with all its levels."""
+        tables = "touchwarpProbe.context.tables"
+        whole = f"{tables}.current?.levelsLoaded === {tables}.current?.levelCount"
+        self._await(f"{tables}.exact && {whole}")
+
+    def _await(self, condition: str) -> None:
+        self.page.wait_for_function(f"() => {condition}", polling=20)
 
     def wait(self, seconds: float, **hands: Hand) -> None:
         """Time passes, hands stay."""

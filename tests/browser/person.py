@@ -152,5 +152,6 @@ class Person:
         assert self.headset.probe("it.session.phase") == "verify"
         self.verify()
         assert self.headset.probe("it.session.phase") == "immersed"
+        self.headset.await_warp()
         self.rest(2.0)
         assert self.headset.probe("it.displacement.weight") == 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import http.server
+import itertools
 import json
 import threading
 from collections.abc import Callable
@@ -11,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, WebSocketRoute, expect
 
 import touchwarp as tw
-from tests.browser.desk import LONG, at, open_page
+from tests.browser.desk import at, open_page, wait_until, whole_warp
 from tests.browser.server import Server
 from touchwarp.live.export import export_page
 
@@ -31,43 +32,42 @@ def begin(page: Page, participant: str) -> None:
 
 def whole(page: Page, folder: Path) -> Path:
     """The file of a recording, once it has been joined."""
-    for _ in range(400):
-        if (folder / "recording.parquet").exists():
-            break
-        page.wait_for_timeout(50)
-    return folder / "recording.parquet"
+    path = folder / "recording.parquet"
+    wait_until(page, path.exists, "the recording is not whole on disk")
+    return path
 
 
-def test_nothing_is_recorded_without_consent(page: Page, serve: Serve, ball: Path) -> None:
-    server = serve(ball)
-    open_page(page, server.url)
+def test_nothing_is_recorded_without_consent(page: Page, ball_server: Server) -> None:
+    before = sorted(ball_server.recordings.glob("*/*"))
+    open_page(page, ball_server.url)
     page.locator("button[name=record]").click()
     page.locator("button[name=begin]").click()  # the box is not ticked
     expect(page.locator("dialog")).to_be_visible()
     page.get_by_text("Cancel").click()
     page.mouse.move(*at(page, ".pane.felt", 0.5, 0.5))
     page.wait_for_timeout(500)
-    assert not server.recordings.exists()
+    assert sorted(ball_server.recordings.glob("*/*")) == before
 
 
 def test_a_recording_survives_the_server_s_death(
     page: Page, serve: Serve, ball: Path, screenshots: Path
 ) -> None:
-    """Killed in the middle and back half a minute of frames later: every frame is on disk once."""
+    """Killed in the middle and back some frames later: every frame is on disk once."""
     page.expected_errors.append("WebSocket connection")  # type: ignore[attr-defined]
     server = serve(ball)
     open_page(page, server.url)
+    whole_warp(page)
     begin(page, "P7")
     page.screenshot(path=screenshots / "recording.png")
-    wander(page, 12)
+    wander(page, 20)
     server.stop(at_once=True)
     expect(page.locator(".failure")).to_contain_text("server is gone")
-    wander(page, 12)
+    wander(page, 20)
     server.start()
-    expect(page.locator(".failure")).to_have_count(0, timeout=LONG)
-    wander(page, 6)
+    expect(page.locator(".failure")).to_have_count(0)
+    wander(page, 12)
     page.locator("button[name=stop-recording]").click()
-    recorded = int(page.locator("#recording-slot").get_attribute("data-rows") or 0)
+    recorded = rows(page)
     (folder,) = (server.recordings / "P7").iterdir()
     table = pq.read_table(whole(page, folder))
     times = table["time_ms"].to_numpy()
@@ -77,26 +77,36 @@ def test_a_recording_survives_the_server_s_death(
     check_displayed(table, tw.load_scene(ball), tw.load_warp(ball.with_suffix(".warp")))
 
 
-def test_a_recording_survives_a_reload(page: Page, serve: Serve, ball: Path) -> None:
+def test_a_recording_survives_a_reload(page: Page, ball_server: Server) -> None:
     """The page is reloaded in the middle: what was recorded until then is whole on disk."""
-    server = serve(ball)
-    open_page(page, server.url)
+    open_page(page, ball_server.url)
     begin(page, "P11")
-    wander(page, 10)
-    recorded = int(page.locator("#recording-slot").get_attribute("data-rows") or 0)
+    wander(page, 21)
+    recorded = rows(page)
     page.reload()
     page.wait_for_selector("body[data-ready]")
     expect(page.locator("button[name=record]")).to_be_visible()  # it does not go on by itself
-    (folder,) = (server.recordings / "P11").iterdir()
+    (folder,) = (ball_server.recordings / "P11").iterdir()
     table = pq.read_table(whole(page, folder))
     assert len(table) >= recorded > 20
     assert (np.diff(table["time_ms"].to_numpy()) > 0).all()
 
 
-def wander(page: Page, steps: int) -> None:
-    for step in range(steps):
-        page.mouse.move(*at(page, ".pane.felt", 0.4 + 0.2 * step / steps, 0.5))
-        page.wait_for_timeout(150)
+def rows(page: Page) -> int:
+    """How many have been recorded, as of the last change that the page tells."""
+    return int(page.locator("#recording-slot").get_attribute("data-rows") or 0)
+
+
+def wander(page: Page, frames: int) -> None:
+    """The hand goes to and fro over the ball until so many more frames have been recorded."""
+    most = rows(page) + frames
+    places = itertools.cycle([*np.linspace(0.4, 0.6, 9), *np.linspace(0.6, 0.4, 9)])
+
+    def recorded() -> bool:
+        page.mouse.move(*at(page, ".pane.felt", next(places), 0.5))
+        return rows(page) >= most
+
+    wait_until(page, recorded, "too few frames are recorded")
 
 
 def check_displayed(table: object, scene: tw.Scene, warp: tw.Warp) -> None:
@@ -119,20 +129,50 @@ def surface_points(scene: tw.Scene) -> np.ndarray:
     return np.asarray(scene.props[0].surface.vertices)
 
 
-def test_a_recording_is_replayed(page: Page, serve: Serve, ball: Path) -> None:
-    server = serve(ball)
-    open_page(page, server.url)
+def test_a_recording_is_replayed(page: Page, ball_server: Server) -> None:
+    open_page(page, ball_server.url)
     begin(page, "P8")
-    wander(page, 6)
+    wander(page, 11)
     page.locator("button[name=stop-recording]").click()
     page.locator("button[name=replay]").click()
-    page.locator("dialog").get_by_text("P8").click()
+    page.locator("dialog .listed button", has_text="P8").click()
     moment = page.locator("input[name=moment]")
     expect(moment).to_be_visible()
-    expect(page.locator("button[name=play]")).to_have_text("Play", timeout=LONG)
+    expect(page.locator("button[name=play]")).to_have_text("Play")
     assert int(moment.input_value()) == int(moment.get_attribute("max") or 0) > 10
     page.locator("button[name=close-replay]").click()
     expect(page.locator("button[name=record]")).to_be_visible()
+
+
+def test_a_recording_is_replayed_once_the_server_has_all_of_it(
+    page: Page, ball_server: Server
+) -> None:
+    """Asked for at once after Stop, when its last second has not been delivered."""
+    held: list[str | bytes] = []
+    on_the_way: list[WebSocketRoute] = []
+    holding = False
+
+    def hold(socket: WebSocketRoute) -> None:
+        on_the_way.append(socket.connect_to_server())
+        socket.on_message(lambda said: held.append(said) if holding else on_the_way[0].send(said))
+
+    page.route_web_socket("**/live", hold)
+    open_page(page, ball_server.url)
+    begin(page, "P10")
+    wander(page, 11)
+    holding = True
+    page.locator("button[name=stop-recording]").click()
+    page.locator("button[name=replay]").click()
+    entry = page.locator("dialog .listed button", has_text="P10")
+    expect(entry).to_contain_text("on its way to the server")
+    expect(entry).to_be_disabled()
+    holding = False
+    for said in held:
+        on_the_way[0].send(said)
+    entry.click()
+    moment = page.locator("input[name=moment]")
+    expect(moment).to_be_visible()
+    assert int(moment.get_attribute("max") or 0) > 10
 
 
 def test_an_exported_page_keeps_recordings_on_the_device(
@@ -151,7 +191,7 @@ def test_an_exported_page_keeps_recordings_on_the_device(
         page.locator("input[name=participant]").fill("P9")
         page.locator("input[name=consent]").check()
         page.locator("button[name=begin]").click()
-        wander(page, 4)
+        wander(page, 5)
         page.locator("button[name=stop-recording]").click()
         with page.expect_download() as download:
             page.locator("button[name=save-recording]").click()

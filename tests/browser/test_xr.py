@@ -12,6 +12,7 @@ import pytest
 from playwright.sync_api import Page
 
 import touchwarp as tw
+from tests.browser.desk import wait_until
 from tests.browser.headset import RADIUS, TIPS, Headset
 from tests.browser.person import AWAY, REST, Person, RealProp, touchable
 from tests.browser.server import Server
@@ -67,6 +68,7 @@ def test_the_skin_that_touches_is_displayed_on_the_virtual_surface(
     headset.picture(screenshots / "xr_verify.png")
     person.verify()
     assert headset.probe("it.session.phase") == "immersed"
+    headset.await_warp()
     person.rest(2.0)
     assert headset.probe("it.displacement.weight") == 1
     frames = []
@@ -111,6 +113,7 @@ def test_hands_up_a_lost_hand_a_moved_origin_and_coming_back(
     assert millimetres < 1.0
     assert degrees < 0.5
     person.verify()
+    headset.await_warp()
     person.rest(2.0)
     assert headset.probe("[it.displacement.weight, it.anchored.held]") == [1, True]
     right = person.touching(np.array([0.0, 0.1, 0.06]))[0]
@@ -227,10 +230,7 @@ def test_hands_are_recorded_in_the_headset(enter: Enter, mug_server: Server) -> 
     assert headset.probe("it.room.panel.content.recording") is None
     headset.leave()
     (folder,) = (mug_server.recordings / "P21").iterdir()
-    for _ in range(200):
-        if (folder / "recording.parquet").exists():
-            break
-        page.wait_for_timeout(50)
+    wait_until(page, (folder / "recording.parquet").exists, "the recording is not whole on disk")
     table = pq.read_table(folder / "recording.parquet")
     column = {name: table[name].to_numpy() for name in table.column_names if name != "warp"}
     assert set(column["hand"]) == {0, 1}

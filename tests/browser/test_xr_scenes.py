@@ -11,6 +11,7 @@ from playwright.sync_api import Page
 from websockets.sync.client import connect
 
 import touchwarp as tw
+from tests.browser.desk import wait_until, whole_warp
 from tests.browser.headset import RADIUS, Headset
 from tests.browser.person import AWAY, REST, Person, RealProp, touchable
 from tests.browser.server import Server
@@ -42,6 +43,7 @@ def test_without_pass_through_places_are_shown_and_what_is_virtual_fades(
     assert headset.probe("it.session.phase") == "verify"
     assert pose_errors(headset, person.prop)[0] < 1e-3
     person.verify()
+    headset.await_warp()
     person.rest(2.0)
     assert headset.probe("[it.displacement.weight, it.room.tables.visible]") == [1, True]
     headset.picture(screenshots / "xr_vr.png")
@@ -70,7 +72,7 @@ def test_what_is_changed_on_the_desk_is_changed_in_the_headset(
     shift.fill("25")
     shift.press("Enter")
     exactness = page.locator(".exactness")
-    page.wait_for_selector(".exactness[data-exact=true]", timeout=120_000)
+    whole_warp(page)
     assert "levels of detail" in exactness.inner_text()
     headset.enter()
     person = Person(headset, RealProp(tw.load_scene(mug).props[0]))
@@ -81,13 +83,15 @@ def test_what_is_changed_on_the_desk_is_changed_in_the_headset(
     weights = []
     with connect(server.url.replace("http", "ws") + "live") as desk:
         desk.send(json.dumps({"kind": "change_scene", "goals": {"mug": change}}))
-        for _ in range(3000):
+
+        def shown_anew() -> bool:
             person.rest(1 / 72)
-            page.wait_for_timeout(20)
             weights.append(headset.probe("it.displacement.weight"))
             moved = headset.probe("it.placed.props[0].state.goal[0][3]")
-            if moved == 0.005 and weights[-1] == 1 and headset.probe("it.context.tables.exact"):
-                break
+            solved = headset.probe("it.context.tables.exact")
+            return bool(moved == 0.005 and weights[-1] == 1 and solved)
+
+        wait_until(page, shown_anew, "the change is not shown")
     assert headset.probe("it.session.phase") == "immersed"
     # it eases out and in once, for the new goal, and not again when that is solved
     assert min(weights) < 0.1
@@ -169,12 +173,15 @@ def test_two_props_are_solved_for_where_they_really_stand(
     assert headset.probe("it.displacement.weight") == 0
     server.start()
     told = set()
-    for _ in range(6000):
+
+    def resolved() -> bool:
         one.rest(1 / 72)
         if headset.probe("it.session.phase") != "resolve":
-            break
+            return True
         told.add(headset.probe("it.resolver.progress"))
-        page.wait_for_timeout(20)
+        return False
+
+    wait_until(page, resolved, "the scene is not solved for where the props stand")
     assert headset.probe("it.session.phase") == "verify", headset.probe("it.session.trouble")
     assert len(told) > 3, "progress was shown"
     headset.picture(screenshots / "xr_two_props.png")

@@ -6,6 +6,7 @@ import http.client
 import json
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ import uvicorn
 from starlette.testclient import TestClient
 
 from tests.live.conftest import LIVE, Served
+from touchwarp.errors import SolveError
+from touchwarp.live import workbench
 from touchwarp.live.serving import listen
 from touchwarp.warp import TableWarp, load_warp
 
@@ -147,3 +150,31 @@ def test_a_change_is_told_to_every_page(client: TestClient) -> None:
             state = socket.receive_json()
             assert (state["mismatch_weight"], state["unsaved"]) == (4.0, True)
             assert not state["warp_current"]
+
+
+def test_a_page_that_comes_late_is_told_what_failed_and_how_far_the_work_is(
+    client: TestClient, served: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, goes_on = threading.Event(), threading.Event()
+
+    def fail(*given: object, **named: object) -> None:
+        raise SolveError("no room")
+
+    def pause(scene: object, warp: object, progress: Callable[[str, float], None]) -> None:
+        progress("half of it", 0.5)
+        begun.set()
+        goes_on.wait(60)
+        raise SolveError("ended")
+
+    monkeypatch.setattr(workbench, "solve_bases", fail)
+    monkeypatch.setattr(workbench, "check", pause)
+    served.workbench.start()
+    assert begun.wait(60)
+    with client.websocket_connect(LIVE) as socket:
+        assert socket.receive_json()["kind"] == "state"
+        told = [socket.receive_json() for _ in range(2)]
+    goes_on.set()
+    assert told == [
+        {"kind": "failed", "task": "bases", "reason": "no room"},
+        {"kind": "progress", "task": "check", "step": "half of it", "done": 0.5},
+    ]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from touchwarp.cli.main import main
-from touchwarp.errors import OutputError
+from touchwarp.errors import LiveError, OutputError
 from touchwarp.live import export
 from touchwarp.live.export import export_page
 from touchwarp.live.workbench import Workbench
@@ -39,6 +39,8 @@ def test_an_earlier_export_is_replaced_and_other_folders_are_not(
     (folder / "thesis.txt").write_text("years of work")
     assert main(["view", str(ball_path), "--export", str(folder)]) == 2
     assert (folder / "thesis.txt").exists()
+    with pytest.raises(LiveError, match=r"thesis.txt is a file; give a new or empty folder"):
+        export_page(ball_path, folder / "thesis.txt", silent)
     (folder / "boot.json").write_text("{}")  # now it looks like an earlier export
     monkeypatch.setattr(Workbench, "finish", lambda bench: None)
     export_page(ball_path, folder, silent)

@@ -69,6 +69,8 @@ def test_everything_is_made_and_then_follows_a_change(
         second = told.wait(complete)
         assert isinstance(second, SceneState)
         assert second.warp is not None
+        assert first.warp is not None
+        assert bench.file(first.warp.identity) is not None  # a slow page may still ask for it
         path = bench.file(second.warp.identity)
         assert path is not None
         warp = load_warp(path)

@@ -75,8 +75,10 @@ class Hub:
         assert self._workbench is not None
         await socket.accept()
         queue: asyncio.Queue[FromServer] = asyncio.Queue()
-        queue.put_nowait(self._workbench.state)
         self._waiting.add(queue)
+        queue.put_nowait(self._workbench.state)
+        for news in self._workbench.news:
+            queue.put_nowait(news)
         sender = asyncio.create_task(_send_all(queue, socket))
         try:
             while True:

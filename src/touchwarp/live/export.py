@@ -25,11 +25,13 @@ def export_page(path: Path, folder: Path, progress: Callable[[str, float], None]
         Bytes written.
 
     Raises:
-        LiveError: the folder holds something else.
+        LiveError: the folder is none, or holds something else.
         SceneError, GoalError, SolveError, WarpFileError: the scene cannot be shown.
         OutputError: the folder cannot be written; what was there stays.
     """
     page = built_page()
+    if folder.exists() and not folder.is_dir():
+        raise LiveError(f"{folder} is a file; give a new or empty folder.")
     if folder.exists() and not (folder / "boot.json").exists() and any(folder.iterdir()):
         raise LiveError(
             f"{folder} holds other files than an exported page; give a new or empty folder."

@@ -69,6 +69,8 @@ class Workbench:
         self._changed = threading.Condition()
         self._closing = False
         self._failed_at: dict[Task, int] = {}
+        self._news: dict[Task, Progress | Failed] = {}
+        self._files: dict[str, Path] = {}
         self._warp: tuple[int, TableWarp, Published] | None = None
         self._bases: tuple[int, AffineBases, Published] | None = None
         self._certificate: tuple[int, Certificate] | None = None
@@ -83,9 +85,9 @@ class Workbench:
             self._why_not = str(error)
             self._picture = Picture.of_meta(warp.meta)
         if warp is not None:
-            self._warp = (0, warp, publish_warp(warp, folder))
+            self._warp = (0, warp, self._serve(publish_warp(warp, folder)))
         if bases is not None:
-            self._bases = (0, bases, publish_bases(bases, folder))
+            self._bases = (0, bases, self._serve(publish_bases(bases, folder)))
         self._thread = threading.Thread(target=self._work, name="workbench", daemon=True)
 
     def start(self) -> None:
@@ -129,13 +131,15 @@ class Workbench:
                 recording=self._recording,
             )
 
-    def file(self, identity: str) -> Path | None:
-        """A published file by its identity."""
+    @property
+    def news(self) -> list[Progress | Failed]:
+        """What a page that comes now has missed: how far the work is, and what has failed."""
         with self._changed:
-            for made in (self._warp, self._bases):
-                if made is not None and made[2].file.identity == identity:
-                    return made[2].path
-        return None
+            return list(self._news.values())
+
+    def file(self, identity: str) -> Path | None:
+        """A published file by its identity; earlier ones too, which a slow page may still ask for."""
+        return self._files.get(identity)
 
     def surface(self, key: str) -> bytes | None:
         """A packed surface by its key."""
@@ -159,6 +163,7 @@ class Workbench:
             same_fields = not change.poses and change.mismatch_weight is None
             self._document, self._picture = document, picture
             self._revision += 1
+            self._news.clear()
             if self._bases is not None:
                 if same_fields:
                     self._bases = (self._revision, *self._bases[1:])
@@ -203,8 +208,18 @@ class Workbench:
                 self._solver = None
                 self._failed_at[task] = revision
                 reason = str(error) or "the machine ran out of memory"
-                self._publish(Failed(task=task, reason=reason))
+                self._tell(revision, Failed(task=task, reason=reason))
             self._publish(self.state)
+
+    def _tell(self, revision: int, news: Progress | Failed) -> None:
+        with self._changed:
+            if self._revision == revision:
+                self._news[news.task] = news
+        self._publish(news)
+
+    def _serve(self, published: Published) -> Published:
+        self._files[published.file.identity] = published.path
+        return published
 
     def _scene(self) -> Scene | None:
         return self._document.scene if self._solvable else None
@@ -229,17 +244,18 @@ class Workbench:
         def tell(step: str, done: float) -> None:
             if self._revision != revision:
                 raise _Superseded
-            self._publish(Progress(task=task, step=step, done=min(max(done, 0.0), 1.0)))
+            self._tell(revision, Progress(task=task, step=step, done=min(max(done, 0.0), 1.0)))
 
         if task == "bases":
             tolerance = max(BASES_TOLERANCE_MM, scene.objective.tolerance_mm)
             bases = solve_bases(scene, tolerance_mm=tolerance, progress=tell)
-            published = publish_bases(bases, self._folder)
+            published = self._serve(publish_bases(bases, self._folder))
             self._accept(revision, bases=(revision, bases, published))
         elif task == "solve":
             warp = self._solve(scene, tell)
             warp = TableWarp(warp.bricks, replace(warp.meta, scene_text=scene.text), warp.solution)
-            self._accept(revision, warp=(revision, warp, publish_warp(warp, self._folder)))
+            published = self._serve(publish_warp(warp, self._folder))
+            self._accept(revision, warp=(revision, warp, published))
         else:
             assert self._warp is not None
             _, warp, published = self._warp
@@ -266,3 +282,4 @@ class Workbench:
             self._warp = warp or self._warp
             self._bases = bases or self._bases
             self._certificate = certificate or self._certificate
+            self._news.pop("bases" if bases else "solve" if warp else "check", None)

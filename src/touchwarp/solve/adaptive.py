@@ -141,41 +141,36 @@ class AdaptiveSolver:
             for i in range(len(grid.stages)):
                 self._start(i, data)
         deepest = self._depth_of(self.edge_radius / MOST_CELLS_ACROSS_TUBE)
-        missed, grown = np.inf, True
+        missed = np.inf
         while True:
             bricks = self._next_bricks(data, lane_scale, self._depth_at_edges)
             if len(bricks):
                 self._check_memory(len(bricks))
                 self._add_level(bricks, bricks, data)
                 self._tell(f"{self.nodes:,} nodes", self._share_done())
-                grown = True
                 continue
-            if self._depth_at_edges >= deepest:
+            finest = grid.stages[-1].level.depth
+            if not self._depth_at_edges <= finest < deepest:
                 break
-            if grown:
-                agree(grid.stages, self.regions, self.problem.boundary.owner)
-                self._find_thin_parts()
-                before, missed = missed, self._error_outside_tube()
-                if missed < SAFETY * self.tolerance or missed > HELPED * before:
-                    break
-            self._depth_at_edges += 1
-            grown = False
+            agree(grid.stages, self.regions, self.problem.boundary.owner)
+            self._find_thin_parts()
+            before, missed = missed, self._error_outside_tube()
+            if missed < SAFETY * self.tolerance or missed > HELPED * before:
+                break
+            self._depth_at_edges = finest + 1
         agree(grid.stages, self.regions, self.problem.boundary.owner)
         self._find_thin_parts()
         self.settle()
 
     def solve(self, data: NDArray[np.float64], normal_lanes: NDArray[np.bool_]) -> None:
-        """Solve for other boundary data (v, 4) on the grid as it is.
+        """Solve for other boundary data (v, 4) on the grid as it is, from the last solution.
 
         Raises:
             SolveError: no convergence.
         """
         self.multigrid.floor_zero = normal_lanes
-        for stage in self.multigrid.stages:
-            stage.u[:] = 0.0
-            stage.source[:] = 0.0
         for i in range(len(self.multigrid.stages)):
-            self._start(i, data)
+            self.multigrid.set_stage_goal(i, data, self._yielding[i])
         self.settle()
 
     def demand(self, points: NDArray[np.float64], depths: NDArray[np.int64]) -> bool:

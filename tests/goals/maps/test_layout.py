@@ -25,7 +25,7 @@ SURFACES = {"box": box([0.1, 0.06, 0.04]), "ring": ring_surface()}
 
 @pytest.fixture(params=SURFACES)
 def layout(request: pytest.FixtureRequest) -> Layout:
-    return lay_out(work_mesh(SURFACES[request.param], "x"))
+    return lay_out(work_mesh(SURFACES[request.param], "x").mesh)
 
 
 def test_no_triangle_is_turned_over_and_the_domain_is_covered_once(layout: Layout) -> None:
@@ -38,7 +38,7 @@ def test_areas_keep_their_shares_within_half_a_percent(layout: Layout) -> None:
 
 
 def test_the_area_claim_rejects_a_layout_before_its_polish() -> None:
-    mesh = work_mesh(SURFACES["box"], "x")
+    mesh = work_mesh(SURFACES["box"], "x").mesh
     bare = Layout(
         mesh, embed(mesh, np.zeros((len(mesh.faces), 3, 2))), np.zeros((len(mesh.faces), 3, 2))
     )
@@ -101,7 +101,7 @@ def test_area_gradients_are_those_of_small_moves(flat: bool) -> None:
 
 
 def test_a_layout_is_kept_and_found_by_content() -> None:
-    mesh = work_mesh(SURFACES["box"], "x")
+    mesh = work_mesh(SURFACES["box"], "x").mesh
     layout = lay_out(mesh)
     again = load_layout(closed_mesh(Surface(mesh.vertices, mesh.faces), "x"))
     assert again is not None
@@ -112,7 +112,7 @@ def test_a_layout_is_kept_and_found_by_content() -> None:
 
 @pytest.mark.parametrize("damage", [b"", b"not an archive", None])
 def test_a_damaged_layout_is_ignored(damage: bytes | None) -> None:
-    layout = lay_out(work_mesh(SURFACES["box"], "x"))
+    layout = lay_out(work_mesh(SURFACES["box"], "x").mesh)
     folder = cache_folder()
     assert folder is not None
     (kept,) = folder.glob("*.npz")
@@ -129,7 +129,7 @@ def test_a_damaged_layout_is_ignored(damage: bytes | None) -> None:
 def test_nothing_is_kept_where_the_cache_is_off_or_closed(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    mesh = work_mesh(ellipsoid([0.02, 0.02, 0.03], 0.5), "x")
+    mesh = work_mesh(ellipsoid([0.02, 0.02, 0.03], 0.5), "x").mesh
     monkeypatch.setenv("TOUCHWARP_CACHE", "")
     layout = lay_out(mesh)
     assert load_layout(mesh) is None

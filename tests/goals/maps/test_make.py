@@ -114,7 +114,7 @@ def test_progress_is_told_in_order() -> None:
         "first maps",
         "coarse maps",
         "fine map",
-        "fitting triangles to the virtual surface",
+        "cutting the surfaces along one another",
     ]
 
 

@@ -14,7 +14,7 @@ from .conftest import slab_with_holes
 
 @pytest.mark.parametrize("holes", [0, 1, 6])
 def test_faces_come_back_from_their_rings(holes: int) -> None:
-    mesh = work_mesh(slab_with_holes(holes), "x")
+    mesh = work_mesh(slab_with_holes(holes), "x").mesh
     assert mesh.genus == holes
     rings = build_rings(mesh.faces, np.zeros((len(mesh.faces), 3, 2)), len(mesh.vertices))
     faces, _ = faces_of(*rings[:3], np.ones(len(mesh.vertices), np.bool_))

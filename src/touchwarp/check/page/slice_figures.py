@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize, TwoSlopeNorm
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from touchwarp.check.case import Case
@@ -32,8 +35,14 @@ ARROWS = 30
 LATTICE = 40
 """Lines along the longer side."""
 
-SEEN_ON_COLOUR = "#ffffff"
-"""Blue would drown in the mismatch's colours; white is dashed, as the prop is white in the dark."""
+SEEN_ON_COLOUR: dict[str, Any] = {
+    "color": "#ffffff",
+    "linewidth": 1.4,
+    "linestyle": (0.0, (3.4, 2.2)),
+    "path_effects": [withStroke(linewidth=2.8, foreground="#1d2126")],
+}
+"""Blue would drown in the mismatch's colours, and the prop is white in the dark: dark-edged white
+dashes stand out from all of them, in either theme."""
 
 _FEWEST_MM = 0.4
 """Shorter arrows are left out."""
@@ -123,7 +132,7 @@ def draw_mismatch(case: Case, cut: Slice) -> str:
         _legend(
             picture.axes,
             Line2D([], [], color=FELT, lw=1.8, label="prop, felt"),
-            Line2D([], [], color=MUTED, lw=1.6, ls=(0.0, (3.0, 1.6)), label="virtual object, seen"),
+            Line2D([], [], **SEEN_ON_COLOUR, label="virtual object, seen"),
         )
     return picture.svg
 
@@ -177,7 +186,7 @@ def _contours(axes: Axes, cut: Slice, size: Float, norm: Normalize) -> None:
     axes.contour(first, second, masked, levels, colors="#ffffff", linewidths=0.5, alpha=0.55)
 
 
-def _objects(axes: Axes, cut: Slice, fill: bool = True, seen: str = SEEN) -> None:
+def _objects(axes: Axes, cut: Slice, fill: bool = True, seen: dict[str, Any] | None = None) -> None:
     if fill:
         axes.contourf(
             *(1e3 * cut.points[..., a] for a in cut.axes),
@@ -185,22 +194,18 @@ def _objects(axes: Axes, cut: Slice, fill: bool = True, seen: str = SEEN) -> Non
             levels=[0.5, 1.5],
             colors=[SOLID],
         )
-    dashed = "-" if seen == SEEN else (0.0, (3.0, 1.6))
-    for segments, colour, width, style in (
-        (cut.seen, seen, 1.6, dashed),
-        (cut.felt, FELT, 1.8, "-"),
+    plain = {"color": SEEN, "linewidth": 1.6}
+    for segments, style in (
+        (cut.seen, seen or plain),
+        (cut.felt, {"color": FELT, "linewidth": 1.8}),
     ):
         lines = _joined(1e3 * segments)
-        if not fill:
+        if not fill and "path_effects" not in style:
             # a rim in the card's colour, so that the outline stands out from any other
-            axes.add_collection(
-                LineCollection(lines, colors=CARD, linewidths=width + 1.6, capstyle="round")
-            )
-        axes.add_collection(
-            LineCollection(
-                lines, colors=colour, linewidths=width, linestyles=[style], capstyle="round"
-            )
-        )
+            rim = style | {"color": CARD, "linewidth": style["linewidth"] + 1.6}
+            axes.add_collection(LineCollection(lines, **rim, capstyle="round"))
+        cap = "butt" if "linestyle" in style else "round"
+        axes.add_collection(LineCollection(lines, **style, capstyle=cap))
     if cut.ground is not None:
         left, right, bottom, _ = cut.extent_mm
         height = 1e3 * cut.ground

@@ -16,6 +16,7 @@ FAR_SPREAD = 0.05
 FAR_RATIO = 0.3
 LEAST_SHRINK = 0.05
 """No step may shrink a triangle to less than this part of its area."""
+HALVINGS = 20
 SLIVER = 1e-4
 """Triangles smaller than this part of the mean count as so large."""
 
@@ -65,9 +66,8 @@ def polish_areas(
             move = system.solve(1e-9)
             step = 1.0
             for _ in range(8):
-                trial = layout.moved(layout.along(frames, step * move))
-                after = trial.shares
-                if (after > LEAST_SHRINK * shares).all() and _energy(after, target, far) < before:
+                trial, after = moved_unturned(layout, shares, frames, step * move)
+                if after.min() > 0 and _energy(after, target, far) < before:
                     improved = True
                     break
                 step *= 0.5
@@ -79,6 +79,30 @@ def polish_areas(
         layout, shares = trial, after
         damping = max(1e-5, damping * (0.25 if step == 1 else 0.7 if step > 0.3 else 2.0))
     return layout
+
+
+def moved_unturned(
+    layout: Layout,
+    shares: NDArray[np.float64],
+    frames: NDArray[np.float64],
+    move: NDArray[np.float64],
+) -> tuple[Layout, NDArray[np.float64]]:
+    """The layout with its points moved, and the new shares; shorter moves where a triangle suffers.
+
+    Corners of triangles that would shrink to next to nothing, or turn over, halve their moves until
+    none does; so one thin triangle does not hold back all others.
+    """
+    faces = layout.mesh.faces
+    step = np.ones(len(move))
+    for _ in range(HALVINGS):
+        trial = layout.moved(layout.along(frames, step[:, None] * move))
+        after = trial.shares
+        spoiled = ~(after >= LEAST_SHRINK * shares)
+        if not spoiled.any():
+            break
+        corners = np.unique(faces[spoiled])
+        step[corners] *= 0.5
+    return trial, after
 
 
 def _energy(shares: NDArray[np.float64], target: NDArray[np.float64], far: bool) -> float:

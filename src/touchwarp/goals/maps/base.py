@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from touchwarp.errors import GoalError
 from touchwarp.goals.maps.closed_mesh import ClosedMesh
-from touchwarp.goals.surface_tree import SurfaceTree
-from touchwarp.scene.surface import Surface
 
 Float = NDArray[np.float64]
 
@@ -26,18 +24,19 @@ class Base:
 
     Attributes:
         normal: (3,) unit vector, outward.
-        standing: (n,) vertices of the prop's mesh.
-        height: m, of the virtual object's plane along the normal.
-        tree: of the part of the virtual object that stands on it.
+        prop_height, height: m, of the prop's and of the virtual object's plane along the normal.
     """
 
     normal: Float
-    standing: NDArray[np.bool_]
+    prop_height: float
     height: float
-    tree: SurfaceTree
+
+    def stands(self, vertices: Float) -> NDArray[np.bool_]:
+        """(n,): which vertices (n, 3) m of the prop are on the plane."""
+        return np.asarray(vertices @ self.normal >= self.prop_height - FLAT)
 
 
-def find_base(prop: ClosedMesh, virtual: Surface, normal: Float) -> Base:
+def find_base(prop: ClosedMesh, virtual: ClosedMesh, normal: Float) -> Base:
     """The base of both surfaces towards `normal`.
 
     Raises:
@@ -60,5 +59,4 @@ def find_base(prop: ClosedMesh, virtual: Surface, normal: Float) -> Base:
             f"the bases of the prop and the virtual object lie {abs(top[0] - top[1]) * 1e3:.3g} mm "
             "apart along goal.base; they must be in one plane: change the pose, or leave base out."
         )
-    faces = virtual.faces[on_plane[1][virtual.faces].all(axis=1)]
-    return Base(normal, on_plane[0], top[1], SurfaceTree(virtual.vertices, faces))
+    return Base(normal, top[0], top[1])

@@ -15,8 +15,10 @@ from touchwarp.goals.maps.closed_mesh import ClosedMesh
 from touchwarp.goals.maps.collapse import collapse_to
 from touchwarp.goals.maps.embed import DIRICHLET, area_scale, sweep
 from touchwarp.goals.maps.layout import Layout
-from touchwarp.goals.maps.rings import MOST_NEIGHBOURS, build_rings, restore
+from touchwarp.goals.maps.rings import MOST_NEIGHBOURS, build_rings, place_in_ring, restore
 from touchwarp.goals.maps.star import kernel_point, relax, set_targets
+
+RELAXING_ROUNDS = 10
 
 
 class Levels:
@@ -77,7 +79,7 @@ class Levels:
         """Let vertices return until `count` are there."""
         left = self._left
         last = max(0, self._due - max(0, count - self.count))
-        _return_vertices(
+        return_vertices(
             self._vertices,
             self.points,
             left.ring,
@@ -92,8 +94,10 @@ class Levels:
             last,
             self._layout.domain_area / (self._layout.mesh.area / self._layout.mesh.diagonal**2),
             self._layout.flat,
+            False,
         )
         self._due = last
+        self.relax(RELAXING_ROUNDS)
 
 
 @njit(cache=True, error_model="numpy")
@@ -120,7 +124,7 @@ def faces_of(ring, shift, degree, alive):
 
 
 @njit(cache=True, error_model="numpy")
-def _return_vertices(
+def return_vertices(
     vertices,
     points,
     ring,
@@ -135,12 +139,23 @@ def _return_vertices(
     last,
     scale,
     flat,
+    find_shifts,
 ):
+    """Let the vertices removed[last:first] return, the last one first, and relax them.
+
+    With `find_shifts`, the periods of a ring are those that it has in the star of its first vertex,
+    onto which the one that returns went.
+    """
     target = np.empty((MOST_NEIGHBOURS, 4))
     slope = np.empty(9)
     corners = np.empty((MOST_NEIGHBOURS, 3))
     for r in range(first - 1, last - 1, -1):
         v, k = removed[r], removed_degree[r]
+        if find_shifts:
+            onto = removed_ring[r, 0]
+            for j in range(1, k):
+                i = place_in_ring(ring, degree, onto, removed_ring[r, j])
+                removed_shift[r, j] = shift[onto, i]
         for j in range(k):
             w = removed_ring[r, j]
             corners[j, 0] = points[w, 0] + removed_shift[r, j, 0]
@@ -152,7 +167,7 @@ def _return_vertices(
         for _ in range(3):
             set_targets(vertices, ring, degree, v, scale, target)
             relax(points, ring, shift, degree, v, target, DIRICHLET, slope, flat)
-    for _ in range(4):  # the new ones again, now that all of them are there
+    for _ in range(RELAXING_ROUNDS):  # the new ones again, now that all of them are there
         for r in range(first - 1, last - 1, -1):
             v = removed[r]
             set_targets(vertices, ring, degree, v, scale, target)

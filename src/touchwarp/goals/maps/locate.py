@@ -124,6 +124,85 @@ def _locate(points, start, corners, neighbours, jumps, flat):
 
 
 @njit(cache=True, error_model="numpy")
+def walk_to(place, start, virtual, flat):
+    """The triangle of one point (3,), walking from a triangle near it.
+
+    Args:
+        place: (3,).
+        start: a triangle.
+        virtual: (corners, neighbours, jumps, …) of the layout.
+        flat: whether the domain is the torus.
+    """
+    corners, neighbours, jumps = virtual[0], virtual[1], virtual[2]
+    x, y, z = place
+    f, came = start, -1
+    if flat:
+        x += np.rint(corners[f, 0, 0] - x)
+        y += np.rint(corners[f, 0, 1] - y)
+    for turn in range(4 * len(corners)):
+        across = -1
+        for k in range(3):
+            e = (k + turn) % 3
+            a, b = corners[f, (e + 1) % 3], corners[f, (e + 2) % 3]
+            side = (
+                x * (a[1] * b[2] - a[2] * b[1])
+                + y * (a[2] * b[0] - a[0] * b[2])
+                + z * (a[0] * b[1] - a[1] * b[0])
+            )
+            if side < OUTSIDE:
+                across = e
+                if neighbours[f, e] != came:
+                    break
+        if across < 0:
+            return f
+        x += jumps[f, across, 0]
+        y += jumps[f, across, 1]
+        came, f = f, neighbours[f, across]
+    return f
+
+
+@njit(cache=True, error_model="numpy")
+def value_and_slopes(place, f, virtual, frame, value, slopes, flat):
+    """Fields at one point of triangle f, and how they change along a frame of the domain there.
+
+    Args:
+        place: (3,).
+        f: the triangle.
+        virtual: (corners, …, …, faces, fields), fields (n, c) on the layout's vertices.
+        frame: two tangents, six numbers.
+        value: (c,) to fill; slopes: (c, 2) to fill.
+        flat: whether the domain is the torus.
+    """
+    own, faces, fields = virtual[0][f], virtual[3], virtual[4]
+    x, y, z = place
+    if flat:
+        x += np.rint(own[0, 0] - x)
+        y += np.rint(own[0, 1] - y)
+    value[:] = 0.0
+    slopes[:] = 0.0
+    sides, total, inside, along, across = np.empty((3, 3)), 0.0, 0.0, 0.0, 0.0
+    for k in range(3):
+        a, b = own[(k + 1) % 3], own[(k + 2) % 3]
+        nx, ny, nz = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+        sides[k, 0] = x * nx + y * ny + z * nz
+        sides[k, 1] = frame[0] * nx + frame[1] * ny + frame[2] * nz
+        sides[k, 2] = frame[3] * nx + frame[4] * ny + frame[5] * nz
+        total += sides[k, 0]
+        inside += max(sides[k, 0], 0.0)
+        along += sides[k, 1]
+        across += sides[k, 2]
+    for k in range(3):
+        part = sides[k, 0] / total
+        a, b = (sides[k, 1] - part * along) / total, (sides[k, 2] - part * across) / total
+        part = max(sides[k, 0], 0.0) / inside
+        for c in range(len(value)):
+            field = fields[faces[f, k], c]
+            value[c] += part * field
+            slopes[c, 0] += a * field
+            slopes[c, 1] += b * field
+
+
+@njit(cache=True, error_model="numpy")
 def _interpolate(fields, faces, face, weights):
     values = np.zeros((len(face), fields.shape[1]))
     for i in range(len(face)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,18 +15,17 @@ from touchwarp.goals.goal import Goal
 from touchwarp.goals.maps.areas import polish_areas, spread, target_shares
 from touchwarp.goals.maps.base import Base, find_base
 from touchwarp.goals.maps.closed_mesh import ClosedMesh
-from touchwarp.goals.maps.fit_triangles import fit_triangles
 from touchwarp.goals.maps.hyperbolic.deck import Deck
-from touchwarp.goals.maps.hyperbolic.layout import HyperbolicLayout, unplaced
+from touchwarp.goals.maps.hyperbolic.layout import unplaced
 from touchwarp.goals.maps.hyperbolic.marking import find_marking
-from touchwarp.goals.maps.hyperbolic.overlay import overlay
-from touchwarp.goals.maps.hyperbolic.parameterise import fine_mesh
 from touchwarp.goals.maps.hyperbolic.parameterise import lay_out as lay_out_marked
 from touchwarp.goals.maps.hyperbolic.search import MarkedPair, search_classes
-from touchwarp.goals.maps.layout import Layout, triangle_areas
+from touchwarp.goals.maps.layout import Layout
+from touchwarp.goals.maps.linear_map import linear_map
 from touchwarp.goals.maps.parameterise import check_topology, lay_out, work_mesh
 from touchwarp.goals.maps.refine import Weights
 from touchwarp.goals.maps.search import Found, Pair, Plan, Progress, search_map
+from touchwarp.goals.maps.tidy import Tidied
 from touchwarp.goals.measure import measure_map
 from touchwarp.goals.surface_tree import SurfaceTree
 from touchwarp.scene.map_goals import AreaPreservingGoal, MatchGoal
@@ -36,9 +36,13 @@ Float = NDArray[np.float64]
 TRANSPORT_AREA_WEIGHT = 20.0
 """Areas hardly change while transport is minimised; the polish does the rest."""
 AREA_AIM = 4e-3
+AREA_FACTOR, KEPT_AREA_FACTOR = 1.5, 1.02
+"""By which faces may change ratios of area for being fewer: in any map, and where they are kept."""
+TOLERANCE_PARTS = (1.0, 0.5, 0.25)
+"""Tried in turn until no face, as it cuts across an edge, looks turned to the certificate."""
 LANDMARK_WEIGHT = 100.0
 BASE_WEIGHT = 1e6
-"""Holds what stands on the plane within hundredths of a millimetre; then it is put there."""
+"""Holds what stands on the plane there, but for where straight edges bulge over its border."""
 LANDMARK_REACH = 0.02
 """Landmarks farther from their surface than this part of its diagonal are taken for mistakes."""
 
@@ -52,16 +56,18 @@ def area_preserving_goal(
         GoalError: the surfaces are not closed, or of different genus.
     """
     start = time.perf_counter()
-    pair = _pair(prop, spec, np.zeros(2), np.zeros((0, 2, 3)), progress)
+    tidied, pair = _pair(prop, spec, np.zeros(2), np.zeros((0, 2, 3)), progress)
     plan = Plan(
         weights=Weights(displacement=1.0, area=TRANSPORT_AREA_WEIGHT),
         area_path=(2.0, 8.0),
         starts=spec.starts,
         seed=spec.seed,
     )
-    found = _search(pair, plan, progress)
-    layout = polish_areas(found.layout, target_shares(pair.prop.mesh.face_areas), AREA_AIM)
-    return _goal(spec, pair, Found(layout, found.energies, found.size), start, progress)
+    found, whole = _search(tidied, pair, plan, progress)
+    one, other = (
+        polish_areas(layout, target_shares(layout.mesh.face_areas), AREA_AIM) for layout in whole
+    )
+    return _goal(spec, pair, (one, other), found.energies, KEPT_AREA_FACTOR, start, progress)
 
 
 def match_goal(prop: Prop, spec: MatchGoal, progress: Progress | None = None) -> Goal:
@@ -73,7 +79,7 @@ def match_goal(prop: Prop, spec: MatchGoal, progress: Progress | None = None) ->
     """
     start = time.perf_counter()
     landmarks = np.array([(mark.prop, mark.virtual) for mark in spec.landmarks]).reshape(-1, 2, 3)
-    pair = _pair(
+    tidied, pair = _pair(
         prop, spec, np.array([spec.normal_weight, spec.curvature_weight]), landmarks, progress
     )
     plan = Plan(
@@ -88,13 +94,19 @@ def match_goal(prop: Prop, spec: MatchGoal, progress: Progress | None = None) ->
         starts=spec.starts,
         seed=spec.seed,
     )
-    return _goal(spec, pair, _search(pair, plan, progress), start, progress)
+    found, whole = _search(tidied, pair, plan, progress)
+    return _goal(spec, pair, whole, found.energies, AREA_FACTOR, start, progress)
 
 
-def _search(pair: Pair, plan: Plan, progress: Progress | None) -> Found:
+def _search(
+    tidied: tuple[Tidied, Tidied], pair: Pair, plan: Plan, progress: Progress | None
+) -> tuple[Found, tuple[Layout, Layout]]:
+    """The map found, and the whole meshes' layouts, needles included."""
     if isinstance(pair, MarkedPair):
-        return search_classes(pair, plan, progress)
-    return search_map(pair, plan, progress)
+        found = search_classes(pair, plan, progress)
+        return found, (found.layout, pair.virtual)
+    found = search_map(pair, plan, progress)
+    return found, (tidied[0].restore(found.layout), tidied[1].restore(pair.virtual))
 
 
 def _pair(
@@ -103,13 +115,14 @@ def _pair(
     field_weights: Float,
     landmarks: Float,
     progress: Progress | None,
-) -> Pair:
-    """Both surfaces laid out, with the fields that have a weight: normals, curvature."""
-    meshes = (work_mesh(prop.surface, "the prop"), work_mesh(spec.virtual, "the virtual object"))
+) -> tuple[tuple[Tidied, Tidied], Pair]:
+    """Both surfaces without needles, then laid out, with the fields that have a weight."""
+    tidied = work_mesh(prop.surface, "the prop"), work_mesh(spec.virtual, "the virtual object")
+    meshes = tidied[0].mesh, tidied[1].mesh
     check_topology(*meshes, spec.kind)
     handles = meshes[0].genus > 1
     if handles:
-        meshes = fine_mesh(prop.surface, "the prop"), fine_mesh(spec.virtual, "the virtual object")
+        meshes = tidied[0].whole, tidied[1].whole
     layouts, markings = [], []
     for k, mesh in enumerate(meshes):
         if progress is not None:
@@ -125,13 +138,15 @@ def _pair(
     ]
     base: Base | None = None
     if isinstance(spec, MatchGoal) and spec.base is not None:
-        base = find_base(meshes[0], spec.virtual, np.array(spec.base))
-    rest = (fields[0], fields[1]), np.stack(placed, axis=1), base
+        base = find_base(tidied[0].whole, tidied[1].whole, np.array(spec.base))
+    marks = np.stack(placed, axis=1)
+    rest = (fields[0], fields[1]), marks, base
     if handles:
         deck = Deck(meshes[0].genus)
         virtual = lay_out_marked(markings[1], deck)
-        return MarkedPair(unplaced(meshes[0], deck), virtual, *rest, marking=markings[0])
-    return Pair(layouts[0], layouts[1], *rest)
+        marked = MarkedPair(unplaced(meshes[0], deck), virtual, *rest, marking=markings[0])
+        return tidied, marked
+    return tidied, Pair(layouts[0], layouts[1], *rest)
 
 
 def _fields(mesh: ClosedMesh, normal_weight: float, curvature_weight: float) -> Float:
@@ -164,71 +179,40 @@ def _on_surface(mesh: ClosedMesh, points: Float, what: str) -> Float:
 def _goal(
     spec: AreaPreservingGoal | MatchGoal,
     pair: Pair,
-    found: Found,
+    whole: tuple[Layout, Layout],
+    energies: list[float],
+    area_factor: float,
     start: float,
     progress: Progress | None,
 ) -> Goal:
     """The goal on triangles fine enough for the tolerance, with its report."""
-    layout, virtual = found.layout, pair.virtual
     if progress is not None:
-        progress("fitting triangles to the virtual surface", 0.0)
+        progress("cutting the surfaces along one another", 0.0)
     searched = time.perf_counter()
-    points, images, faces, told = _on_triangles(spec, pair, layout)
+    layout, virtual = whole
+    tree = SurfaceTree(spec.virtual.vertices, spec.virtual.faces)
     pairs = pair.landmarks if len(pair.landmarks) else None
-    goal = Goal(
-        prop_points=points,
-        virtual_points=images,
-        faces=faces,
-        kind=spec.kind,
-        virtual_surface=spec.virtual,
-        landmarks=pairs,
-    )
+    for part in TOLERANCE_PARTS:
+        points, images, faces = linear_map(
+            layout, virtual, part * spec.tolerance_mm * 1e-3, area_factor
+        )
+        images = tree.nearest(images).points  # rounding in needles
+        goal = Goal(points, images, faces, spec.kind, {}, None, spec.virtual, pairs)
+        measured = measure_map(goal).summary()
+        if measured["flips"] == 0:
+            break
     report: dict[str, Any] = {
-        **measure_map(goal).summary(),
-        **told,
+        **measured,
+        "domain": ("sphere", "torus", "hyperbolic")[min(layout.mesh.genus, 2)],
+        "domain_flips": int((layout.shares <= 0).sum() + (virtual.shares <= 0).sum()),
         "domain_area_std": spread(layout.shares, target_shares(layout.mesh.face_areas)),
         "transport_cost_m2": _transport_cost(layout, virtual),
-        "start_energies": found.energies,
+        "start_energies": energies,
+        "image_distance_max": measured["distance_max"],
         "search_seconds": searched - start,
         "seconds": time.perf_counter() - start,
     }
-    return Goal(points, images, faces, spec.kind, report, None, spec.virtual, pairs)
-
-
-def _on_triangles(
-    spec: AreaPreservingGoal | MatchGoal, pair: Pair, layout: Layout
-) -> tuple[Float, Float, NDArray[np.int64], dict[str, Any]]:
-    """Points, images and faces of the map, and what the report says of them."""
-    virtual, base = pair.virtual, pair.base
-    if isinstance(layout, HyperbolicLayout) and isinstance(virtual, HyperbolicLayout):
-        cells = overlay(layout, virtual)
-        images = cells.images
-        if base is not None:
-            on_base = base.standing[layout.mesh.faces[cells.prop_face]].all(axis=1)
-            standing = np.unique(cells.faces[on_base])
-            images[standing] = base.tree.nearest(images[standing]).points
-        tree = SurfaceTree(spec.virtual.vertices, spec.virtual.faces)
-        middles = images[cells.faces].mean(axis=1)
-        return (
-            cells.points,
-            images,
-            cells.faces,
-            {
-                "domain": "hyperbolic",
-                "domain_flips": int((layout.shares <= 0).sum() + (virtual.shares <= 0).sum()),
-                "image_distance_max": float(tree.nearest(middles).distance.max()),
-                "subdivision_capped": False,
-            },
-        )
-    fine = fit_triangles(layout, virtual, spec.virtual, spec.tolerance_mm * 1e-3, base)
-    areas = triangle_areas(fine.places, fine.faces, fine.corner_shift, layout.flat)
-    told = {
-        "domain": "torus" if layout.flat else "sphere",
-        "domain_flips": int((areas <= 0).sum()),
-        "image_distance_max": fine.distance,
-        "subdivision_capped": fine.capped,
-    }
-    return fine.points, fine.images, fine.faces, told
+    return replace(goal, report=report)
 
 
 def _transport_cost(layout: Layout, virtual: Layout) -> float:

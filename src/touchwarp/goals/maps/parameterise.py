@@ -12,7 +12,7 @@ from touchwarp.goals.maps.embed import embed, relax_layout
 from touchwarp.goals.maps.homology import handle_places, torus_forms
 from touchwarp.goals.maps.layout import Layout
 from touchwarp.goals.maps.layout_cache import keep_layout, load_layout
-from touchwarp.goals.maps.tidy import tidy
+from touchwarp.goals.maps.tidy import Tidied, tidy
 from touchwarp.goals.refinement import refine
 from touchwarp.scene.surface import Surface
 
@@ -26,7 +26,7 @@ LONG_TO_SHORT = 6
 ROUNDS = 4
 
 
-def work_mesh(surface: Surface, what: str) -> ClosedMesh:
+def work_mesh(surface: Surface, what: str) -> Tidied:
     """The surface as a closed mesh without long edges and, within `TIDY`, without needles.
 
     Raises:

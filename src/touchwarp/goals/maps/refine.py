@@ -3,15 +3,13 @@
 Gauss–Newton on
 
     w_d Σ A_i |g_i − x_i|² + w_s D(g − x) + w_a Σ A²/a + a − 2A + Σ_c w_c Σ A_i (G_c(g_i) − F_c,i)²
-    + w_f Σ A max(0, ½ − b/A)² + w_l mean |g(l) − y_l|² + w_b Σ_b A_i (n·g_i − h)²
+    + w_l mean |g(l) − y_l|² + w_b Σ_b A_i (n·g_i − h)²
 
 where A_i are the prop's shares of area at its vertices, D the Dirichlet energy on the prop, A and a
 each triangle's share of area before and after, F_c and G_c fields on the two surfaces that the map
-shall make equal, such as normals and curvature, b the share of area of the straight image of a
-triangle, signed by whether it looks outward on the virtual surface, (l, y_l) the landmarks, and b
-the vertices that stand on a plane n·y = h.
-Lengths are in units of the surfaces' size. The barrier A²/a and a line search that accepts positive
-areas only keep the map one-to-one.
+shall make equal, such as normals and curvature, (l, y_l) the landmarks, and b the vertices that
+stand on a plane n·y = h. Lengths are in units of the surfaces' size. The barrier A²/a and a line
+search that accepts positive areas only keep the map one-to-one.
 """
 
 from __future__ import annotations
@@ -22,13 +20,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from touchwarp.goals.maps.areas import target_shares
+from touchwarp.goals.maps.areas import moved_unturned, target_shares
 from touchwarp.goals.maps.block_system import BlockSystem
 from touchwarp.goals.maps.layout import Layout
+from touchwarp.goals.maps.rings import build_rings
+from touchwarp.goals.maps.settle import corner_tables, settle
 
 LEAST_COTANGENT = 1e-2
-FLAT_ENOUGH = 0.5
-"""Straight images with less than this part of their share of area are on the way to a fold."""
+REACH = 0.25
+"""Of the radius of a vertex's own part of the domain: how far its secants go to either side."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,6 @@ class Weights:
     smoothness: float = 0.0
     area: float = 0.0
     landmarks: float = 0.0
-    folds: float = 0.0
     base: float = 0.0
 
 
@@ -98,8 +97,39 @@ class MapProblem:
         self.locator = self.virtual.locator()
         self.system = BlockSystem(mesh.faces, len(mesh.vertices))
         self._both = np.concatenate([self.places[1], self.fields[1]], axis=1)
-        # b in units of the virtual surface's area
-        self._area_unit = self.virtual.mesh.area * self.unit**2
+        layout = self.prop
+        ring, shift, degree, _ = build_rings(mesh.faces, layout.corner_shift, len(mesh.vertices))
+        tables = corner_tables(mesh.faces, ring, degree, self.target, self._cotangents)
+        self._star = (ring, shift, degree, *tables)
+
+    def settle(self, layout: Layout, weights: Weights, rounds: int) -> Layout:
+        """Move one vertex after another, each to where it is best among its neighbours.
+
+        Args:
+            layout: the prop's layout over the virtual one's; no triangle turned over.
+            weights: of the terms; landmarks are left to `refine`.
+            rounds: how many.
+        """
+        n, standing = len(layout.points), self.standing
+        points, near = layout.points.copy(), self.locator.find(layout.points).copy()
+        plane, on = np.zeros(4), np.zeros(n, np.bool_)
+        if standing is not None:
+            plane, on = np.append(standing.normal, standing.height), standing.vertices
+        below = self.virtual
+        settle(
+            self._star,
+            points,
+            near,
+            np.concatenate([self.places[0], self.fields[0]], axis=1),
+            (below.corners, below.mesh.neighbours, below.jumps, below.mesh.faces, self._both),
+            (weights.displacement, weights.smoothness, weights.area, weights.base),
+            self.vertex_shares,
+            plane,
+            on,
+            rounds,
+            layout.flat,
+        )
+        return layout.moved(points)
 
     def refine(
         self,
@@ -125,12 +155,13 @@ class MapProblem:
                 progress(count / most_steps)
             frames = layout.frames()
             self._assemble(layout, weights, frames)
+            shares = layout.shares
             improved = False
             for _ in range(6):
                 move = self.system.solve(damping)
                 step = 1.0
                 for _ in range(9):
-                    trial = layout.moved(layout.along(frames, step * move))
+                    trial, _ = moved_unturned(layout, shares, frames, step * move)
                     lower = self._evaluate(trial, weights)
                     if lower < energy:
                         improved = True
@@ -167,9 +198,6 @@ class MapProblem:
                 squares = (difference**2).sum(axis=1)
                 energy += weights.smoothness * float(self._cotangents[:, k] @ squares)
         energy += weights.area * float((self.target**2 / shares + shares - 2 * self.target).sum())
-        if weights.folds:
-            lack, _ = self._lack_of_area(gaps)
-            energy += weights.folds * float(self.target @ lack**2)
         if self.landmarks is not None:
             energy += weights.landmarks * float((self._landmark_gaps(gaps) ** 2).sum(axis=1).mean())
         if self.standing is not None:
@@ -205,11 +233,6 @@ class MapProblem:
                 half * (1 - (self.target / shares) ** 2),
                 half * 2 * self.target**2 / shares**3,
             )
-        if weights.folds:
-            lack, slope = self._lack_of_area(gaps)
-            gradient = np.einsum("mkd,mkdi->mki", slope, jacobian[faces, :3])
-            lacking = (lack > 0) / self.target
-            system.add_areas(gradient, -weights.folds * lack, weights.folds * lacking)
         if self.standing is not None and weights.base:
             on = weights.base * self.vertex_shares * self.standing.vertices
             along = np.einsum("d,ndi->ni", self.standing.normal, jacobian[:, :3])
@@ -224,13 +247,13 @@ class MapProblem:
                 system.add_in_face(int(face), each, at_corners, missing[row])
 
     def _secants(self, layout: Layout, frames: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(n, c, 2): change of place and fields along the frames, over half a vertex's reach.
+        """(n, c, 2): change of place and fields along the frames, over part of a vertex's reach.
 
         Derivatives on the single triangle below a vertex would follow the virtual mesh's noise and
         needles, far finer than a step.
         """
         start = self.locator.face
-        reach = 0.5 * np.sqrt(self.vertex_shares * layout.domain_area / np.pi)
+        reach = REACH * np.sqrt(self.vertex_shares * layout.domain_area / np.pi)
         jacobian = np.empty((len(reach), self._both.shape[1], 2))
         for axis in range(2):
             ends = []
@@ -248,21 +271,6 @@ class MapProblem:
         gaps[:, :3] -= self.places[0]
         gaps[:, 3:] -= self.fields[0]
         return gaps
-
-    def _lack_of_area(
-        self, gaps: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(m,) max(0, ½ − b/A), and (m, 3, 3) how b changes with the corners' images."""
-        faces = self.prop.mesh.faces
-        images = (gaps[:, :3] + self.places[0])[faces]
-        normal = self.locator.values(self.virtual.mesh.vertex_normals)[faces].sum(axis=1)
-        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-        slope = np.stack(
-            [np.cross(normal, images[:, k - 1] - images[:, k - 2]) for k in range(3)], axis=1
-        )
-        slope /= 2 * self._area_unit
-        share = np.einsum("md,md->m", slope[:, 0], images[:, 0] - images[:, 1])
-        return np.maximum(0.0, FLAT_ENOUGH - share / self.target), slope
 
     def _off_plane(self, standing: Standing, gaps: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n,): how far images of the standing vertices are from their plane; 0 for others."""

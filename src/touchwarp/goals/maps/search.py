@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from touchwarp.goals.maps.areas import polish_areas, target_shares
 from touchwarp.goals.maps.base import Base
 from touchwarp.goals.maps.composition import first_maps
-from touchwarp.goals.maps.fit_triangles import barycentric
 from touchwarp.goals.maps.layout import Layout
 from touchwarp.goals.maps.levels import Levels
 from touchwarp.goals.maps.refine import Landmarks, MapProblem, Standing, Weights
@@ -23,12 +22,13 @@ Progress = Callable[[str, float], None]
 COARSEST = 600
 """Vertices of the coarsest level; each next one has four times as many."""
 GROWTH = 4
-COARSE_STEPS, MIDDLE_STEPS, FINE_STEPS = 60, 40, 20
+NEARLY_ALL = 0.5
+"""A level with more than this part of all vertices is the whole mesh."""
+COARSE_STEPS, MIDDLE_STEPS, FINE_STEPS = 60, 20, 6
+SETTLING_ROUNDS = 20
 COARSE_AREA_AIM = 0.03
 FINE_LANDMARKS = 100.0
 """Landmarks count so much more from the second level on, when they are near already."""
-FOLD_WEIGHT = 3.0
-"""From the second level on; the triangles of the coarsest cut across rims and handles."""
 NORMAL_SHARE = 0.3
 """Of normals beside positions, when first maps are compared."""
 
@@ -101,23 +101,23 @@ class Pair:
             (self.fields[0][chosen], self.fields[1]),
             1 / self.size,
             self._landmarks_on(layout),
-            self._standing(chosen),
+            self._standing(layout),
         )
 
-    def _standing(self, chosen: NDArray[np.int64]) -> Standing | None:
+    def _standing(self, layout: Layout) -> Standing | None:
         if self.base is None:
             return None
         height = (self.base.height - self.virtual.mesh.centre @ self.base.normal) / self.size
-        return Standing(self.base.standing[chosen], self.base.normal, float(height))
+        return Standing(self.base.stands(layout.mesh.vertices), self.base.normal, float(height))
 
     def _landmarks_on(self, layout: Layout) -> Landmarks | None:
         if len(self.landmarks) == 0:
             return None
         mesh = layout.mesh
-        nearest = SurfaceTree(mesh.vertices, mesh.faces).nearest(self.landmarks[:, 0])
-        corners = mesh.vertices[mesh.faces[nearest.elements]]
+        tree = SurfaceTree(mesh.vertices, mesh.faces)
+        nearest = tree.nearest(self.landmarks[:, 0])
         image = (self.landmarks[:, 1] - self.virtual.mesh.centre) / self.size
-        return Landmarks(nearest.elements, barycentric(corners, nearest.points), image)
+        return Landmarks(nearest.elements, tree.weights(nearest), image)
 
 
 def search_map(pair: Pair, plan: Plan, progress: Progress | None = None) -> Found:
@@ -152,16 +152,16 @@ def search_map(pair: Pair, plan: Plan, progress: Progress | None = None) -> Foun
         if energies[-1] <= min(energies):
             best = levels
     assert best is not None
+    whole = len(pair.prop.points)
     while True:
-        best.put_back(GROWTH * best.count)
+        count = GROWTH * best.count
+        best.put_back(whole if count > NEARLY_ALL * whole else count)
         chosen, layout = best.now()
         steps = FINE_STEPS if best.whole else MIDDLE_STEPS
-        weights = replace(
-            plan.weights,
-            folds=FOLD_WEIGHT,
-            landmarks=FINE_LANDMARKS * plan.weights.landmarks,
-        )
-        layout = pair.problem(layout, chosen).refine(
+        weights = replace(plan.weights, landmarks=FINE_LANDMARKS * plan.weights.landmarks)
+        problem = pair.problem(layout, chosen)
+        layout = problem.settle(layout, weights, SETTLING_ROUNDS)
+        layout = problem.refine(
             layout, weights, steps, progress=lambda done: tell("fine map", done)
         )
         best.points[chosen] = layout.points

@@ -1,28 +1,82 @@
-"""Needles taken out of a mesh, within a tolerance far below what is felt.
+"""Needles taken out of a mesh while it is laid out, and put back afterwards.
 
-Unions of solids and CAD exports leave triangles a thousand times longer than wide. A map must give
-each of them a share of the other surface, which it then tears along. Here vertices collapse onto
-neighbours where that makes the worst triangle around rounder and moves no surface farther than the
-tolerance. All vertices that stay do not move.
+Unions of solids and CAD exports leave triangles a thousand times longer than wide. A search must
+give each of them a share of the other surface, which it then tears along. So vertices collapse onto
+neighbours where that makes the worst triangle around rounder and moves no surface farther than a
+tolerance. All vertices that stay do not move, and those that went return into the kernels of their
+rings on the domain once all else is done: the map is one of the given surface.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from touchwarp.goals.maps.closed_mesh import ClosedMesh
 from touchwarp.goals.maps.collapse import triangle_shape
-from touchwarp.goals.maps.levels import faces_of
-from touchwarp.goals.maps.rings import MOST_NEIGHBOURS, build_rings, can_collapse, collapse
+from touchwarp.goals.maps.layout import Layout
+from touchwarp.goals.maps.levels import faces_of, return_vertices
+from touchwarp.goals.maps.rings import (
+    MOST_NEIGHBOURS,
+    build_rings,
+    can_collapse,
+    collapse,
+)
 
 POOR_SHAPE = 3.0
 """Sides² over area, 1 for an equilateral triangle; about 10° and less are poor."""
 MOST_AROUND = 24
 PASSES = 6
 
+Int = NDArray[np.int64]
 
-def tidy(mesh: ClosedMesh, tolerance: float, short: float) -> ClosedMesh:
+
+@dataclass(frozen=True, eq=False)
+class Tidied:
+    """A mesh without needles, and how they come back.
+
+    Attributes:
+        whole: the mesh as it was.
+        mesh: the mesh without needles.
+        kept: (k,) the vertices of `whole` that are those of `mesh`.
+        removed: (r,) the others, in the order in which they went.
+        rings: (r, …) the neighbours of each then, first the one that it went onto.
+        degrees: (r,) how many neighbours that were.
+    """
+
+    whole: ClosedMesh
+    mesh: ClosedMesh
+    kept: Int
+    removed: NDArray[np.int32]
+    rings: NDArray[np.int32]
+    degrees: NDArray[np.int32]
+
+    def restore(self, layout: Layout) -> Layout:
+        """The whole mesh laid out, from a layout of the mesh without needles."""
+        if len(self.removed) == 0:
+            return layout
+        n = len(self.whole.vertices)
+        faces = self.kept[self.mesh.faces].astype(np.int64)
+        ring, shift, degree, _ = build_rings(faces, layout.corner_shift, n)
+        alive = np.zeros(n, np.bool_)
+        alive[self.kept] = True
+        points = np.zeros((n, 3))
+        points[self.kept] = layout.points
+        # Each went inside one vertex's star: so do its neighbours' periods follow from that star's.
+        shifts = np.zeros((*self.rings.shape, 2))
+        vertices = (self.whole.vertices - self.whole.centre) / self.whole.diagonal
+        scale = layout.domain_area / (self.whole.area / self.whole.diagonal**2)
+        state = (vertices, points, ring, shift, degree, alive)
+        record = (self.removed, self.degrees, self.rings, shifts)
+        return_vertices(*state, *record, len(self.removed), 0, scale, layout.flat, True)
+        faces, corner_shift = faces_of(ring, shift, degree, alive)
+        return Layout(ClosedMesh(self.whole.vertices, faces), points, corner_shift)
+
+
+def tidy(mesh: ClosedMesh, tolerance: float, short: float) -> Tidied:
     """The mesh with fewer needles and crumbs.
 
     Args:
@@ -30,30 +84,35 @@ def tidy(mesh: ClosedMesh, tolerance: float, short: float) -> ClosedMesh:
         tolerance: m, how far a collapse may move the surface.
         short: m, edges shorter than this go too, where the tolerance and shapes allow it.
     """
+    n = len(mesh.vertices)
     shifts = np.zeros((len(mesh.faces), 3, 2))
-    ring, shift, degree, built = build_rings(mesh.faces, shifts, len(mesh.vertices))
-    if not built:
-        return mesh
-    alive = np.ones(len(mesh.vertices), np.bool_)
-    vertices = (mesh.vertices - mesh.centre) / mesh.diagonal
-    for _ in range(PASSES):
+    ring, shift, degree, built = build_rings(mesh.faces, shifts, n)
+    removed, degrees = np.empty(n, np.int32), np.empty(n, np.int32)
+    rings = np.empty((n, MOST_NEIGHBOURS), np.int32)
+    alive = np.ones(n, np.bool_)
+    count = 0
+    if built:
+        vertices = (mesh.vertices - mesh.centre) / mesh.diagonal
         scaled = (tolerance / mesh.diagonal, short / mesh.diagonal)
-        done = _pass(vertices, ring, shift, degree, alive, *scaled)
-        if done == 0:
-            break
-    if alive.all():
-        return mesh
+        for _ in range(PASSES):
+            before = count
+            count = _pass(
+                vertices, ring, shift, degree, alive, *scaled, removed, degrees, rings, count
+            )
+            if count == before:
+                break
     chosen = np.flatnonzero(alive)
-    number = np.full(len(alive), -1)
-    number[chosen] = np.arange(len(chosen))
-    faces, _ = faces_of(ring, shift, degree, alive)
-    return ClosedMesh(mesh.vertices[chosen], number[faces])
+    slim = mesh
+    if count:
+        number = np.full(n, -1)
+        number[chosen] = np.arange(len(chosen))
+        faces, _ = faces_of(ring, shift, degree, alive)
+        slim = ClosedMesh(mesh.vertices[chosen], number[faces])
+    return Tidied(mesh, slim, chosen, removed[:count], rings[:count].copy(), degrees[:count])
 
 
 @njit(cache=True, error_model="numpy")
-def _pass(vertices, ring, shift, degree, alive, tolerance, short):
-    done = 0
-    old_ring = np.empty(MOST_NEIGHBOURS, np.int32)
+def _pass(vertices, ring, shift, degree, alive, tolerance, short, removed, degrees, rings, count):
     old_shift = np.zeros((MOST_NEIGHBOURS, 2))
     for v in range(len(vertices)):
         if not alive[v]:
@@ -89,11 +148,12 @@ def _pass(vertices, ring, shift, degree, alive, tolerance, short):
         if chosen < 0:
             continue
         for j in range(k):
-            old_ring[j] = ring[v, (chosen + j) % k]
-        collapse(ring, shift, degree, old_ring, old_shift, k, v)
+            rings[count, j] = ring[v, (chosen + j) % k]
+        removed[count], degrees[count] = v, k
+        collapse(ring, shift, degree, rings[count], old_shift, k, v)
         alive[v] = False
-        done += 1
-    return done
+        count += 1
+    return count
 
 
 @njit(cache=True, error_model="numpy")

@@ -20,7 +20,8 @@ from touchwarp.goals.maps.hyperbolic.marking import (
     twists_to_standard,
 )
 from touchwarp.goals.maps.hyperbolic.overlay import overlay
-from touchwarp.goals.maps.hyperbolic.parameterise import fine_mesh, lay_out
+from touchwarp.goals.maps.hyperbolic.parameterise import lay_out
+from touchwarp.goals.maps.parameterise import work_mesh
 from touchwarp.scene.surface import Surface
 
 from .conftest import vase
@@ -30,7 +31,7 @@ STANDARD = np.kron(np.eye(2, dtype=int), np.array([[0, 1], [0, 0]]))
 
 @pytest.fixture(scope="module")
 def marking() -> Marking:
-    return find_marking(fine_mesh(vase(), "x"))
+    return find_marking(work_mesh(vase(), "x").whole)
 
 
 @pytest.fixture(scope="module")
@@ -130,7 +131,7 @@ def test_a_surface_that_crosses_itself_is_told(
 def test_a_layout_over_itself_shows_each_face_once(layout: HyperbolicLayout) -> None:
     cells = overlay(layout, layout)
     moved = np.linalg.norm(cells.images - cells.points, axis=1)
-    assert moved.max() < 1e-6
+    assert moved.max() < 1e-5  # corners on edges are moved by 1e-4 of the plane's unit at most
     area = np.linalg.norm(_crossed(cells.images, cells.faces), axis=1).sum() / 2
     assert area == pytest.approx(layout.mesh.area, rel=1e-9)
 

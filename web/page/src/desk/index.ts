@@ -45,6 +45,7 @@ export class Desk {
   #loading = false;
   #connected = true;
   #drawnVersion = -1;
+  #timed = false;
   #panelAsked = false;
   #placements = new Map<string, Placement>();
 
@@ -182,6 +183,16 @@ export class Desk {
       document.body.dataset.ready = "true";
       performance.mark("first-picture");
     }
+    if (this.#timed || this.#props.length === 0) return;
+    const warp = this.#context.tables.current;
+    if (warp !== null && document.body.dataset.displaced === undefined) {
+      document.body.dataset.displaced = "true";
+      performance.mark("first-displaced");
+    }
+    if (warp !== null && warp.levelsLoaded === warp.levelCount) {
+      performance.mark("whole-warp");
+      this.#timed = true;
+    }
   }
 
   #beforeFrame(time: number): void {
@@ -312,19 +323,19 @@ export class Desk {
         },
         place: (placement) => {
           this.#gizmo.set(placement, true);
+          this.#renderPanel(); // before the server can answer: what it refuses is written over
           refresh();
         },
         weightTold: (share) => {
           this.#weightShare = share;
-          this.#askPanel();
+          this.#renderPanel();
         },
         weight: (value) => {
           this.#weightShare = null;
           this.#context.changes.ask({ mismatch_weight: value });
+          this.#askPanel();
         },
-        save: () => {
-          this.#context.connection?.send({ kind: "save_scene" });
-        },
+        save: () => this.#context.changes.save(),
         check: (line) => {
           const size = boxAround(this.#props).getSize(new Vector3()).length();
           this.#marker.toggle(line, size);

@@ -182,8 +182,12 @@ function numbers(
   act: Actions,
 ): TemplateResult {
   const change = (axis: number, event: Event) => {
-    const value = Number((event.target as HTMLInputElement).value) / factor;
-    if (!Number.isFinite(value) || (key === "scale" && value <= 0)) return;
+    const input = event.target as HTMLInputElement;
+    const value = Number(input.value) / factor;
+    if (input.value === "" || !Number.isFinite(value) || (key === "scale" && value <= 0)) {
+      input.value = number(placement[key][axis]! * factor);
+      return;
+    }
     act.place({ ...placement, [key]: placement[key].map((old, i) => (i === axis ? value : old)) });
   };
   return html`<tr>

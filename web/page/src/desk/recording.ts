@@ -29,7 +29,8 @@ export function mountRecording(context: Context, desk: Desk): void {
 class RecordingControls {
   #slot = document.querySelector<HTMLElement>("#recording-slot")!;
   #dialog = document.createElement("dialog");
-  #listed: readonly Listed[] = [];
+  /** Whether the dialog lists recordings, or will as soon as the list is there. */
+  #listing = false;
   #replay: Replay | null = null;
   #weightless = new Float32Array(75);
 
@@ -38,7 +39,13 @@ class RecordingControls {
     readonly desk: Desk,
   ) {
     document.body.append(this.#dialog);
-    context.recorder.listen(() => this.#render());
+    this.#dialog.addEventListener("close", () => (this.#listing = false));
+    let onDevice = 0;
+    context.recorder.listen(({ onDevice: { length } }) => {
+      this.#render();
+      if (length < onDevice && this.#listing) void this.#list(); // one has arrived
+      onDevice = length;
+    });
     context.connection?.listenStatus(() => this.#render());
     this.#render();
     this.#record();
@@ -117,20 +124,26 @@ class RecordingControls {
   }
 
   async #list(): Promise<void> {
+    this.#listing = true;
     const answer = await fetch("./recordings.json");
-    this.#listed = answer.ok ? ((await answer.json()) as Listed[]) : [];
+    const listed = answer.ok ? ((await answer.json()) as Listed[]) : [];
+    const { onDevice } = this.context.recorder.status;
+    if (!this.#listing) return; // closed meanwhile
     this.#show(html`<h2>Replay</h2>
-      ${this.#listed.length ? nothing : html`<p>Nothing has been recorded here yet.</p>`}
+      ${listed.length ? nothing : html`<p>Nothing has been recorded here yet.</p>`}
       <ul class="listed">
-        ${this.#listed.map(
-          (r) => html`<li><button @click=${() => this.#open(r)}>
-          <b>${r.participant}</b> ${new Date(r.started).toLocaleString()} ${r.ended ? "" : "(not ended)"}</button></li>`,
-        )}
+        ${listed.map((r) => {
+          const coming = onDevice.includes(r.recording);
+          return html`<li><button ?disabled=${coming} @click=${() => this.#open(r)}>
+          <b>${r.participant}</b> ${new Date(r.started).toLocaleString()}
+          ${coming ? "(on its way to the server)" : r.ended ? "" : "(not ended)"}</button></li>`;
+        })}
       </ul>
       <menu><button @click=${() => this.#dialog.close()}>Close</button></menu>`);
   }
 
   async #open(listed: Listed): Promise<void> {
+    this.#listing = false;
     this.#dialog.close();
     const answer = await fetch(`./recordings/${listed.participant}/${listed.recording}`);
     if (!answer.ok) return;
@@ -211,7 +224,7 @@ class RecordingControls {
 
   #show(content: TemplateResult): void {
     render(content, this.#dialog);
-    this.#dialog.showModal();
+    if (!this.#dialog.open) this.#dialog.showModal();
   }
 }
 

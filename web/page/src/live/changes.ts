@@ -11,26 +11,48 @@ export class Changes {
   /** Everything since the scene was last as its file says. */
   #unsaved: Change = {};
   #unsent = false;
+  /** Whether the server may not have what was sent last. */
+  #inDoubt = false;
+  /** Whether the server has told its scene since the connection opened. */
+  #met = false;
+  #saving = false;
   #revision = -1;
 
   constructor(readonly connection: Connection | null) {
     connection?.listen((message) => this.#hear(message));
+    connection?.listenStatus(() => {
+      this.#met = false;
+      if (this.#inDoubt) this.#unsent = true; // it may have got lost on the way
+    });
   }
 
   /** Change the scene; what is not given stays. */
   ask(change: Change): void {
     this.#unsaved = merged(this.#unsaved, change);
+    this.#inDoubt = true;
     const sent = this.connection?.send({ kind: "change_scene", ...change });
     if (sent === false) this.#unsent = true;
   }
 
+  /** Save the scene to its file, once the server has all changes. */
+  save(): void {
+    const sent = this.#met && !this.#unsent && this.connection?.send({ kind: "save_scene" });
+    this.#saving = !sent;
+  }
+
   #hear(message: FromServer): void {
-    if (message.kind === "refused" && message.about === "change_scene") this.#unsaved = {};
+    if (message.kind === "refused" && message.about === "change_scene") {
+      this.#unsaved = {};
+      this.#inDoubt = false;
+    }
     if (message.kind !== "state") return;
     const anew = message.revision < this.#revision;
+    if (message.revision > this.#revision) this.#inDoubt = false;
     this.#revision = message.revision;
+    this.#met = true;
     if (anew || this.#unsent) this.#sendAll();
     else if (!message.unsaved) this.#unsaved = {};
+    if (this.#saving) this.save();
   }
 
   #sendAll(): void {

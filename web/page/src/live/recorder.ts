@@ -13,7 +13,7 @@ export interface RecorderStatus {
   readonly rows: number;
   /** Chunks not yet acknowledged by the server. */
   readonly waiting: number;
-  /** Recordings that are whole but on this device only. */
+  /** Recordings that are whole, but not yet with the server. */
   readonly onDevice: readonly string[];
 }
 
@@ -133,6 +133,7 @@ export class Recorder {
     this.#begin = null;
     this.#release();
     const chunks = this.#sequence;
+    this.#onDevice = [...this.#onDevice, begin.recording];
     this.#write(() => this.#store.put(`end/${begin.recording}`, chunks));
     this.#write(() => this.#resend());
     this.#changed();
@@ -140,6 +141,7 @@ export class Recorder {
 
   /** A recording kept on this device, as CSV at full precision. */
   async asCsv(recording: string): Promise<Blob> {
+    await this.#writes; // the last chunk may be on its way into the store
     const begin = await this.#store.get<BeginRecording>(`begin/${recording}`);
     const columns = begin?.columns ?? COLUMNS;
     const parts = [`chunk,warp,${columns.join(",")}\n`];
@@ -182,7 +184,10 @@ export class Recorder {
     this.#notes = [];
     const key = keyOf(recording, header.sequence);
     this.#waiting.add(key);
-    this.#write(() => this.#store.put(key, { recording, sequence: header.sequence, bytes }));
+    // at once, not after what is being written: the page may be closed in this very moment
+    const written = this.#store.put(key, { recording, sequence: header.sequence, bytes });
+    written.catch(() => {}); // as any other write that fails: the server may still have it
+    this.#write(() => written);
     this.connection?.send(bytes);
     this.#changed();
   }

@@ -30,8 +30,14 @@ export class ChunkStore {
 
   async put(key: string, value: unknown): Promise<void> {
     const database = await this.#database;
-    if (database === null) this.#memory.set(key, value);
-    else await done(database.transaction("kept", "readwrite").objectStore("kept").put(value, key));
+    if (database === null) {
+      this.#memory.set(key, value);
+      return;
+    }
+    const transaction = database.transaction("kept", "readwrite");
+    const written = done(transaction.objectStore("kept").put(value, key));
+    transaction.commit(); // which a page that is being closed need not come back for
+    await written;
   }
 
   async get<T>(key: string): Promise<T | undefined> {

@@ -17,11 +17,14 @@ const USUAL_RADIUS = 0.008;
 export class DisplayedHand {
   /** 25 × 16 numbers, column-major matrices. */
   readonly poses = new Float32Array(16 * JOINTS).fill(Number.NaN);
+  /** (5) m: how far the skin of each tracked fingertip is from the prop, negative inside; NaN if lost. */
+  readonly gaps = new Float64Array(5).fill(Number.NaN);
+  /** (5, 3) the way out of the prop there. */
+  readonly normals = new Float64Array(15);
   readonly #weights = new Float64Array(5).fill(1); // read by the retargeter at each frame
   readonly #retargeter: HandRetargeter;
   readonly #tips = new Float64Array(15);
   readonly #nearest = new Float64Array(15);
-  readonly #normals = new Float64Array(15);
 
   /** @param onset s from no displacement to all of it. */
   constructor(
@@ -31,7 +34,7 @@ export class DisplayedHand {
     const eased = onset === undefined ? {} : { onset };
     this.#retargeter = new HandRetargeter({
       contact: "skin",
-      surface,
+      surface: { nearest: (points, nearest, normals) => this.#find(points, nearest, normals) },
       weights: this.#weights,
       ...eased,
     });
@@ -69,13 +72,14 @@ export class DisplayedHand {
 
   /** Fingers near the prop come first, the more the nearer, so that what touches is exact. */
   #weigh(poses: Float32Array, radii: Float32Array): void {
-    const [tips, nearest, normals] = [this.#tips, this.#nearest, this.#normals];
+    const [tips, nearest, normals] = [this.#tips, this.#nearest, this.normals];
     for (let finger = 0; finger < 5; finger++) {
       for (let d = 0; d < 3; d++) tips[3 * finger + d] = poses[16 * TIPS[finger]! + 12 + d]!;
     }
     this.surface.nearest(tips, nearest, normals);
     for (let finger = 0; finger < 5; finger++) {
-      let [square, side] = [0, 0];
+      let square = 0;
+      let side = 0;
       for (let d = 3 * finger; d < 3 * finger + 3; d++) {
         const away = tips[d]! - nearest[d]!;
         square += away * away;
@@ -83,9 +87,22 @@ export class DisplayedHand {
       }
       const told = radii[TIPS[finger]!]!;
       const distance = side < 0 ? -Math.sqrt(square) : Math.sqrt(square);
-      const gap = Math.abs(distance - (told > 0 ? told : USUAL_RADIUS));
-      const nearness = gap < NEAR ? 1 - gap / NEAR : 0; // a lost finger's gap is NaN
+      const gap = distance - (told > 0 ? told : USUAL_RADIUS);
+      const nearness = Math.abs(gap) < NEAR ? 1 - Math.abs(gap) / NEAR : 0; // 0 if lost
+      this.gaps[finger] = gap;
       this.#weights[finger] = 1 + (FIRST - 1) * nearness ** 2;
     }
+  }
+
+  /** What the retargeter asks of the fingertips has just been looked up. */
+  #find(points: Float64Array, nearest: Float64Array, normals: Float64Array): void {
+    for (let n = 0; n < points.length; n++) {
+      if (points[n] !== this.#tips[n] && !Number.isNaN(points[n]!)) {
+        this.surface.nearest(points, nearest, normals);
+        return;
+      }
+    }
+    nearest.set(this.#nearest);
+    normals.set(this.normals);
   }
 }

@@ -174,7 +174,7 @@ function inMm(size: number): string {
 }
 
 /** A finger that stops farther from the surface than this, m, has not touched it. */
-const TOUCHED = 0.01;
+export const TOUCHED = 0.01;
 
 /** How slow a finger that has stopped is, m/s, and how fast one that comes, and for how long. */
 const STOPPED = 0.03;

@@ -1,7 +1,7 @@
 import { Vector3 } from "three";
 import type { Warp } from "touchwarp";
 import { type DisplayedHand, TIPS } from "../world/displayed_hand.js";
-import { type AuditedContact, StopDetector, TouchAudit } from "./audit.js";
+import { type AuditedContact, StopDetector, TOUCHED, TouchAudit } from "./audit.js";
 import type { HandInput } from "./hand_input.js";
 import type { PlacedProps } from "./prop_model.js";
 
@@ -38,29 +38,28 @@ export class ContactWatch {
   ): number {
     this.fresh = [];
     if (!input.tracked || placed.props.length === 0) return 0;
+    const { gaps, normals } = displayed;
+    let least = Number.POSITIVE_INFINITY;
+    for (const nearness of gaps) if (Math.abs(nearness) < least) least = Math.abs(nearness);
     let touching = 0;
-    const near = TIPS.map((joint) => {
-      input.joint(joint, real);
-      if (!Number.isFinite(real.x)) return null;
-      const felt = placed.felt(real);
-      return { felt, nearness: felt.distance - input.radius(joint) };
-    });
-    const least = Math.min(...near.map((each) => Math.abs(each?.nearness ?? Infinity)));
-    TIPS.forEach((joint, finger) => {
-      const found = near[finger];
-      if (!found) return;
-      const { felt, nearness } = found;
-      input.joint(joint, real);
+    for (let finger = 0; finger < 5; finger++) {
+      const nearness = gaps[finger]!;
+      if (Number.isNaN(nearness)) continue;
+      const joint = TIPS[finger]!;
       const radius = input.radius(joint);
       const leads = Math.abs(nearness) === least;
       if (Math.abs(nearness) < ON_SURFACE) touching |= 1 << finger;
-      const gap = placed.seen(shown.fromArray(displayed.poses, 16 * joint + 12), outward) - radius;
-      skin.copy(real).addScaledVector(felt.outward, -radius);
+      shown.fromArray(displayed.poses, 16 * joint + 12);
+      // farther away nobody asks for the gap, and looking it up takes its time
+      const gap = Math.abs(nearness) <= TOUCHED ? placed.seen(shown, outward) - radius : Number.NaN;
+      input.joint(joint, real);
+      skin.copy(real).addScaledVector(normal.fromArray(normals, 3 * finger), -radius);
       const detector = this.#detectors[5 * input.side + finger]!;
       const stop = detector.update(time, skin, nearness, gap, leads);
-      if (!warp || !displayed.mayClaimContact) return;
+      if (!warp || !displayed.mayClaimContact) continue;
       const told = this.#outside !== null && leads && touching & (1 << finger);
-      if (!stop && !told) return;
+      if (!stop && !told) continue;
+      const felt = placed.felt(real);
       felt.point.toArray(place);
       warp.displayed(place, place);
       this.fresh.push(
@@ -76,7 +75,7 @@ export class ContactWatch {
         }),
       );
       this.#outside = null;
-    });
+    }
     return touching;
   }
 }
@@ -84,5 +83,6 @@ export class ContactWatch {
 const real = new Vector3();
 const shown = new Vector3();
 const skin = new Vector3();
+const normal = new Vector3();
 const outward = new Vector3();
 const place = new Float64Array(3);

@@ -67,12 +67,9 @@ function moved(points: Float32Array, goal: Float64Array): Float32Array {
 /** The prop nearest to a point, and what the goal says there; everything in the room. */
 export interface Felt {
   readonly prop: PropModel;
-  /** Nearest point of the prop, and its unit direction outward. */
   readonly point: Vector3;
-  readonly outward: Vector3;
   /** Where that point shall appear. */
   readonly goal: Vector3;
-  readonly distance: number;
 }
 
 /** All props where they stand in the room, for lookups of nearest places. */
@@ -90,16 +87,14 @@ export class PlacedProps extends NearestOfAll {
     let nearest = this.props[0]!;
     let least = Number.POSITIVE_INFINITY;
     for (const prop of this.props) {
-      const distance = prop.surface.nearest(this.place, this.foot).distance;
-      if (Math.abs(distance) < Math.abs(least)) [nearest, least] = [prop, distance];
+      const distance = Math.abs(prop.surface.nearest(this.place, this.foot).distance);
+      if (distance < least) [nearest, least] = [prop, distance];
     }
     nearest.surface.nearest(this.place, this.foot);
     return {
       prop: nearest,
       point: this.pose.toRoom(this.foot.point),
-      outward: this.foot.gradient.clone().applyQuaternion(this.pose.turn),
       goal: this.pose.toRoom(goalAt(nearest, this.foot, new Vector3())),
-      distance: least,
     };
   }
 

@@ -1,7 +1,7 @@
 import { beforeEach, describe, expect, it } from "vitest";
 import { Changes } from "../../src/live/changes.js";
 import type { Connection } from "../../src/live/connection.js";
-import type { ChangeScene, FromServer, Placement } from "../../src/live/messages.js";
+import type { ChangeScene, FromServer, Placement, SaveScene } from "../../src/live/messages.js";
 
 const placed = (x: number): Placement => ({
   scale: [1, 1, 1],
@@ -10,19 +10,24 @@ const placed = (x: number): Placement => ({
 });
 
 let open: boolean;
-let sent: ChangeScene[];
+let sent: (ChangeScene | SaveScene)[];
 let hear: (message: FromServer) => void;
+let tellStatus: (open: boolean) => void;
 let changes: Changes;
 
 beforeEach(() => {
   [open, sent] = [true, []];
   changes = new Changes({
-    send(message: ChangeScene) {
+    send(message: ChangeScene | SaveScene) {
       if (open) sent.push(message);
       return open;
     },
     listen(listener: (message: FromServer) => void) {
       hear = listener;
+      return () => {};
+    },
+    listenStatus(listener: (open: boolean) => void) {
+      tellStatus = listener;
       return () => {};
     },
   } as unknown as Connection);
@@ -73,5 +78,42 @@ describe("changes of the scene", () => {
     hear(state(1, false));
     hear(state(0, false));
     expect(sent).toHaveLength(2);
+  });
+
+  it("that got lost as the connection closed are sent again", () => {
+    hear(state(0, false));
+    changes.ask({ mismatch_weight: 3 });
+    tellStatus(false);
+    tellStatus(true);
+    hear(state(0, false));
+    expect(sent).toEqual(Array(2).fill({ kind: "change_scene", mismatch_weight: 3 }));
+    hear(state(1, true)); // they have arrived
+    tellStatus(false);
+    tellStatus(true);
+    hear(state(1, true));
+    expect(sent).toHaveLength(2);
+  });
+
+  it("are saved once the server has them all", () => {
+    hear(state(0, false));
+    changes.ask({ mismatch_weight: 3 });
+    hear(state(1, true));
+    open = false;
+    tellStatus(false);
+    changes.ask({ mismatch_weight: 4 });
+    changes.save(); // while it is gone
+    open = true;
+    tellStatus(true);
+    changes.save(); // it is back, but has not told its scene
+    hear(state(0, false));
+    expect(sent.slice(1)).toEqual([
+      { kind: "change_scene", mismatch_weight: 4 },
+      { kind: "save_scene" },
+    ]);
+    hear(state(1, true));
+    hear(state(1, false));
+    expect(sent).toHaveLength(3);
+    changes.save();
+    expect(sent).toHaveLength(4);
   });
 });

@@ -14,8 +14,6 @@ on.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -23,6 +21,8 @@ from numpy.typing import NDArray
 from touchwarp.errors import GoalError
 from touchwarp.goals.maps.hyperbolic.deck import carry, product
 from touchwarp.goals.maps.hyperbolic.layout import HyperbolicLayout, HyperbolicLocator
+from touchwarp.goals.maps.meeting import CROSSING, MOST_CORNERS, PROP_CORNER, VIRTUAL_CORNER
+from touchwarp.goals.maps.overlay import Overlay, numbered_edges
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
@@ -32,24 +32,6 @@ SURE = 1e-12
 JITTER = 1e-7
 """In parts of the plane's unit of length; ten times more at each try."""
 TRIES = 4
-MOST_CORNERS = 6
-PROP_CORNER, VIRTUAL_CORNER, CROSSING = 0, 1, 2
-
-
-class Overlay(NamedTuple):
-    """A map on the triangles of the overlay.
-
-    Attributes:
-        points, images: (n, 3) m, scene frame: on the prop, and on the virtual surface.
-        faces: (m, 3).
-        prop_face, virtual_face: (m,) the triangles of both meshes that each lies in.
-    """
-
-    points: Float
-    images: Float
-    faces: Int
-    prop_face: Int
-    virtual_face: Int
 
 
 def overlay(prop: HyperbolicLayout, virtual: HyperbolicLayout) -> Overlay:
@@ -155,22 +137,13 @@ def _keys(own: HyperbolicLayout, other: HyperbolicLayout, met: Int, kind: Int, p
         keys[some, 1] = mesh.faces[met[some, column], place[some, 0]]
     some = np.flatnonzero(kind == CROSSING)
     f, t, element = met[some].T
-    one, low = _edges(own.mesh.faces)
-    two, under = _edges(other.mesh.faces)
+    one, low = numbered_edges(own.mesh.faces)
+    two, under = numbered_edges(other.mesh.faces)
     e, k = place[some].T
     keys[some, 1], keys[some, 2] = one[f, e], two[t, k]
     frames = own.elements[f, low[f, e]], other.elements[t, under[t, k]]
     keys[some, 3] = _between(*frames, element, own.deck.tables)
     return keys
-
-
-def _edges(faces: Int) -> tuple[Int, Int]:
-    """(m, 3), (m, 3): the number of edge k, and which of its two corners has the lower vertex."""
-    ahead = faces[:, [1, 2, 0]]
-    low, high = np.minimum(faces, ahead), np.maximum(faces, ahead)
-    _, number = np.unique(low * (int(faces.max()) + 1) + high, return_inverse=True)
-    lower = np.where(faces < ahead, [0, 1, 2], [1, 2, 0])
-    return number.reshape(-1, 3), lower
 
 
 @njit(cache=True, error_model="numpy")

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from touchwarp.goals.maps import parameterise
 from touchwarp.goals.maps.areas import polish_areas, spread, target_shares
-from touchwarp.goals.maps.closed_mesh import ClosedMesh, closed_mesh
 from touchwarp.goals.maps.hyperbolic.coarsened import Regrown
 from touchwarp.goals.maps.hyperbolic.deck import Deck
 from touchwarp.goals.maps.hyperbolic.layout import HyperbolicLayout
 from touchwarp.goals.maps.hyperbolic.marking import Marking
-from touchwarp.goals.refinement import refine
-from touchwarp.scene.surface import Surface
 
 AREA_AIM = 4e-3
 POLISHES = 3
@@ -21,18 +15,6 @@ SOUND = 0.7
 GROWTH = 1.4
 """After so much growth all vertices relax."""
 FEW, ROUNDS_OF_FEW, ROUNDS, ROUNDS_BETWEEN = 1500, 40, 6, 30
-
-
-def fine_mesh(surface: Surface, what: str) -> ClosedMesh:
-    """The surface as a closed mesh without long edges; it keeps its shape, needles included.
-
-    Raises:
-        GoalError: the surface is not closed, not manifold, or in pieces.
-    """
-    mesh = closed_mesh(surface, what)
-    longest = float(np.sqrt(mesh.area)) / parameterise.EDGES_PER_SIZE
-    fine = refine(Surface(mesh.vertices, mesh.faces), longest)
-    return ClosedMesh(fine.vertices, fine.faces)
 
 
 def lay_out(marking: Marking, deck: Deck) -> HyperbolicLayout:

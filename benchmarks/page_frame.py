@@ -1,0 +1,90 @@
+"""What displacing both hands takes at each frame of the headset, in the page, in a real Chromium.
+
+    python benchmarks/page_frame.py [SCENE.toml] [--json FILE]
+
+The demo's mug (to 0.5 mm) unless a scene is given, entered with an emulated headset and calibrated
+by touch. Measured is everything that happens between reading the joints and drawing: nearest places
+of the prop for ten fingertips, the lookup, both whole hands by inverse kinematics, contacts and the
+audit; with both hands touching, at 100 pairs of places.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from figures import Figure, print_figures, save_json
+from playwright.sync_api import sync_playwright
+
+import touchwarp as tw
+from touchwarp.cli.demo_files import write_input
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from tests.browser.chromium import FLAGS, obtain_chromium
+from tests.browser.headset import Headset
+from tests.browser.person import Person, RealProp, touchable
+from tests.browser.server import Server
+
+CALLS = 20
+TIMES = """(calls) => {
+  const { displacement, inputs } = touchwarpProbe;
+  const begin = headset.now();
+  for (let k = 0; k < calls; k++) displacement.update(1e3 + 1e-3 * k, inputs, true);
+  return (headset.now() - begin) / calls;
+}"""
+
+
+def measure(path: Path) -> list[Figure]:
+    """Times in ms a frame of two hands."""
+    server = Server(path)
+    server.start()
+    program, source = obtain_chromium()
+    print(f"browser: {source}")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
+        page = browser.new_page(viewport={"width": 800, "height": 400})
+        headset = Headset(page)
+        headset.open(server.url)
+        headset.enter()
+        mug = RealProp(tw.load_scene(path).props[0])
+        person = Person(headset, mug)
+        person.arrive()
+        places = touchable(mug, 100, seed=1)
+        left = person.touching(places[::-1], "left")
+        right = person.touching(places)
+        times = []
+        for pair in zip(left, right, strict=True):
+            headset.step([dict(zip(("left", "right"), pair, strict=True))])
+            times.append(page.evaluate(TIMES, CALLS))
+        browser.close()
+    server.stop()
+    return [
+        Figure("both hands touching, median", float(np.median(times)), "ms", at_most=0.2),
+        Figure("the same, 95th percentile", float(np.percentile(times, 95)), "ms"),
+        Figure("the same, best", float(np.min(times)), "ms"),
+    ]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("scene", type=Path, nargs="?")
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        path = options.scene
+        if path is None:
+            write_input(Path(folder), tolerance_mm=0.5)
+            path = Path(folder) / "mug.toml"
+            tw.solve(tw.load_scene(path)).save(path.with_suffix(".warp"))
+        figures = measure(path)
+    print_figures("both hands in the page", figures)
+    if options.json:
+        save_json(options.json, figures)
+
+
+if __name__ == "__main__":
+    main()
