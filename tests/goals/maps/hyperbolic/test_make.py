@@ -50,6 +50,7 @@ def test_handles_show_on_the_handles_beside_them(matched: Goal) -> None:
     for side in (1, -1):
         there = side * matched.prop_points[:, 0] > 0.045
         assert (side * matched.virtual_points[there, 0] > 0.03).all()
+    assert matched.report["normal_mean"] < 0.6
 
 
 def test_landmarks_can_ask_for_another_class(matched: Goal) -> None:

@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from touchwarp.errors import GoalError
 from touchwarp.goals.maps.hyperbolic.words import Word, canonical_word
 
 Float = NDArray[np.float64]
@@ -142,7 +143,7 @@ def product(tables, a, b):
     """The element a·b: first b, then a.
 
     Raises:
-        OverflowError: there are more elements than the tables hold.
+        GoalError: there are more elements than the tables hold.
     """
     if a == 0:
         return b
@@ -168,7 +169,10 @@ def product(tables, a, b):
             break
     if found == 0:
         if count[0] == most:
-            raise OverflowError("more elements of the deck group than the tables hold")
+            raise GoalError(
+                "maps between the prop and the virtual object wind about their handles more often "
+                "than the tables of the hyperbolic plane hold; remesh both to even triangles."
+            )
         count[0] += 1
         found = count[0]
         matrices[found] = _in_letters(matrix, matrices, homology.shape[1])

@@ -107,8 +107,22 @@ class Springs:
             energy, images = energies[best], tried[best]
 
     def moved(self, images: Images, move: Images) -> dict[int, Word]:
-        """Images after a move of the canonical letters."""
-        return {letter: self._canonical(substitute(word, move)) for letter, word in images.items()}
+        """Images after a move of the canonical letters, about the base point of shortest words.
+
+        A detour of the base point is the same class, yet makes its elements far for nothing.
+        """
+        short = self._canonical
+        best = {letter: short(substitute(word, move)) for letter, word in images.items()}
+        ways = [(s * k,) for k in move for s in (1, -1)]
+        while True:
+            tried = [
+                {letter: short((*way, *word, *inverse(way))) for letter, word in best.items()}
+                for way in ways
+            ]
+            shortest = min(tried, key=_letters)
+            if _letters(shortest) >= _letters(best):
+                return best
+            best = shortest
 
     def lay_out(self, images: Images, deck: Deck) -> HyperbolicLayout:
         """The layout of a class, every vertex in the polygon about the middle.
@@ -159,6 +173,10 @@ class Springs:
         state = (points, self._ring, self._across, self._degree, matrices)
         _pull(*state, rounds, enough)
         return float(_energy(*state)), points
+
+
+def _letters(images: Images) -> int:
+    return sum(len(word) for word in images.values())
 
 
 def _spread(
