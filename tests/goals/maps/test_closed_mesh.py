@@ -83,11 +83,3 @@ def test_different_genus_is_refused_with_the_handles_place() -> None:
     ring, ball = (closed_mesh(s, "x") for s in (ring_surface(), sphere(0.03, 0.5)))
     with pytest.raises(GoalError, match=r"the prop has genus 1 \(a handle about .* mm\) and the"):
         check_topology(ring, ball, "match")
-
-
-def test_genus_two_is_refused_with_both_handles() -> None:
-    mesh = closed_mesh(two_holed_surface(), "x")
-    with pytest.raises(
-        GoalError, match=r"genus 2 \(handles about \(.*\), \(.*\) mm\).*Fill or cut"
-    ):
-        check_topology(mesh, mesh, "match")

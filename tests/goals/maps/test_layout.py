@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from touchwarp.errors import GoalError
-from touchwarp.goals.maps.areas import frames_at, moved_along, spread, target_shares
+from touchwarp.goals.maps.areas import spread, target_shares
 from touchwarp.goals.maps.closed_mesh import closed_mesh
 from touchwarp.goals.maps.embed import embed
-from touchwarp.goals.maps.layout import Layout, area_and_gradient
+from touchwarp.goals.maps.layout import Layout, area_and_gradient, frames_at, moved_along
 from touchwarp.goals.maps.layout_cache import cache_folder, keep_layout, load_layout
 from touchwarp.goals.maps.locate import Locator
 from touchwarp.goals.maps.parameterise import lay_out, work_mesh

@@ -1,9 +1,8 @@
 """Loops that do not shrink on a closed surface, and the integer coordinates that they give it.
 
-Tree–cotree (Eppstein 2003; Erickson and Whittlesey 2005) finds 2·genus loops and, for each, a
-closed 1-form of integers on half-edges. On a torus in space, linking numbers with the loops pushed
-outward tell the loop through the hole from the one around the tube, so that two tori get the same
-basis, up to a turn by 180°.
+Tree and cotree give 2·genus loops and, for each, a closed 1-form of integers on half-edges. On a
+torus in space, linking numbers with the loops pushed outward tell the loop through the hole from
+the one around the tube, so that two tori get the same basis, up to a turn by 180°.
 """
 
 from __future__ import annotations
@@ -15,7 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.errors import GoalError
-from touchwarp.goals.maps.closed_mesh import ClosedMesh, opposite_halfedges
+from touchwarp.goals.maps.closed_mesh import ClosedMesh
+from touchwarp.goals.maps.tree_cotree import tree_cotree
+
+UNSURE = 0.05
+"""Linking numbers farther than this from whole ones are those of a surface that crosses itself."""
+CROSSES_ITSELF = (
+    "the surface crosses itself: its loop through the hole cannot be told from the one around the "
+    "tube; `touchwarp repair` makes a clean surface of it."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,42 +40,21 @@ class Generator:
 
 def find_generators(mesh: ClosedMesh) -> list[Generator]:
     """2·genus loops, short where the mesh allows, with their closed 1-forms."""
-    from scipy.sparse import csr_matrix
-    from scipy.sparse.csgraph import breadth_first_order, dijkstra, minimum_spanning_tree
-
-    vertices, faces = mesh.vertices, mesh.faces
-    n, m = len(vertices), len(faces)
-    start, end = faces.T.ravel(), faces[:, [1, 2, 0]].T.ravel()
-    opposite = opposite_halfedges(faces, n)
-    face = np.tile(np.arange(m), 3)
-    length = np.linalg.norm(vertices[start] - vertices[end], axis=1)
-    once = np.flatnonzero(start < end)
-    graph = csr_matrix((length[once], (start[once], end[once])), shape=(n, n))
-    distance, parent = dijkstra(graph, directed=False, indices=0, return_predecessors=True)
-    in_tree = (parent[start[once]] == end[once]) | (parent[end[once]] == start[once])
-    free = once[~in_tree]
-    # The dual tree takes the edges of long loops first, which leaves short ones as generators.
-    around = distance[start[free]] + distance[end[free]] + length[free]
-    weights = 4 * distance.max() + length.max() - around
-    dual = csr_matrix((weights, (face[free], face[opposite[free]])), shape=(m, m))
-    cotree = minimum_spanning_tree(dual).tocoo()
-    taken = set(zip(cotree.row.tolist(), cotree.col.tolist(), strict=True))
-    links = csr_matrix((np.ones(len(cotree.row)), (cotree.row, cotree.col)), shape=(m, m))
-    face_parent = breadth_first_order(links, 0, directed=False)[1]
+    trees = tree_cotree(mesh)
+    start, end, opposite, face = trees.start, trees.end, trees.opposite, trees.face
+    m = len(mesh.faces)
     between = {
         pair: k for k, pair in enumerate(zip(face.tolist(), face[opposite].tolist(), strict=True))
     }
     generators = []
-    for edge in free:
+    for edge in trees.loops:
         left, right = int(face[edge]), int(face[opposite[edge]])
-        if (left, right) in taken:
-            continue
-        there, back = _meeting_paths(parent, int(start[edge]), int(end[edge]))
+        there, back = _meeting_paths(trees.parent, int(start[edge]), int(end[edge]))
         loop = np.array(there[::-1] + back[:-1], dtype=np.int64)
         form = np.zeros(3 * m, dtype=np.int64)
         form[edge] += 1
         form[opposite[edge]] -= 1
-        ascent, descent = _meeting_paths(face_parent, right, left)
+        ascent, descent = _meeting_paths(trees.face_parent, right, left)
         chain = ascent + descent[-2::-1]
         for one, other in itertools.pairwise(chain):
             crossed = between[one, other]
@@ -86,13 +72,7 @@ def torus_forms(mesh: ClosedMesh) -> NDArray[np.int64]:
     """
     generators = find_generators(mesh)
     assert len(generators) == 2, "two generators are those of genus 1"
-    edges = mesh.vertices[mesh.faces[:, 0]] - mesh.vertices[mesh.faces[:, 1]]
-    push = 2e-3 * float(np.linalg.norm(edges, axis=1).mean())
-    outer, inner = (
-        [mesh.vertices[g.loop] + sign * push * mesh.vertex_normals[g.loop] for g in generators]
-        for sign in (1, -1)
-    )
-    measured = np.array([[linking_number(a, b) for b in inner] for a in outer])
+    measured = pushed_linking(mesh, generators)
     linking = np.rint(measured).astype(np.int64)
     # As (outside, inside) pushes, the matrix is the outer product of two coprime vectors.
     row, column = (int(v) for v in np.argwhere(linking != 0)[0]) if linking.any() else (0, 0)
@@ -101,14 +81,11 @@ def torus_forms(mesh: ClosedMesh) -> NDArray[np.int64]:
     around = linking[row] // (through[row] or 1)
     turns = through[0] * around[1] - through[1] * around[0]
     if (
-        np.abs(measured - linking).max() > 0.05
+        np.abs(measured - linking).max() > UNSURE
         or not np.array_equal(np.outer(through, around), linking)
         or abs(int(turns)) != 1
     ):
-        raise GoalError(
-            "the surface crosses itself: its loop through the hole cannot be told from the one "
-            "around the tube; `touchwarp repair` makes a clean surface of it."
-        )
+        raise GoalError(CROSSES_ITSELF)
     first, second = (g.form for g in generators)
     forms = np.stack(
         [around[0] * first + around[1] * second, through[0] * first + through[1] * second], axis=1
@@ -119,6 +96,17 @@ def torus_forms(mesh: ClosedMesh) -> NDArray[np.int64]:
     if (one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]).sum() < 0:
         forms[:, 0] *= -1
     return forms
+
+
+def pushed_linking(mesh: ClosedMesh, generators: list[Generator]) -> NDArray[np.float64]:
+    """(k, k): linking numbers of loops pushed outward (rows) with loops pushed inward."""
+    edges = mesh.vertices[mesh.faces[:, 0]] - mesh.vertices[mesh.faces[:, 1]]
+    push = 2e-3 * float(np.linalg.norm(edges, axis=1).mean())
+    outer, inner = (
+        [mesh.vertices[g.loop] + sign * push * mesh.vertex_normals[g.loop] for g in generators]
+        for sign in (1, -1)
+    )
+    return np.array([[linking_number(a, b) for b in inner] for a in outer])
 
 
 def linking_number(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
@@ -153,7 +141,7 @@ def _solid_angle(
     return np.asarray(2 * np.arctan2(triple, la * lb * lc + ab * lc + bc * la + ca * lb))
 
 
-def _meeting_paths(parent: NDArray[np.int32], one: int, other: int) -> tuple[list[int], list[int]]:
+def _meeting_paths(parent: NDArray[np.int64], one: int, other: int) -> tuple[list[int], list[int]]:
     """The ways from two nodes of a tree up to where they meet, that node in both."""
     ways = []
     for node in (one, other):

@@ -10,6 +10,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from touchwarp.goals.maps.closed_mesh import ClosedMesh
+from touchwarp.goals.maps.locate import Locator
+from touchwarp.goals.maps.star import tangents
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +64,37 @@ class Layout:
             jumps[:, k] -= self.corner_shift[:, (k + 1) % 3]
         return jumps
 
+    def frames(self) -> NDArray[np.float64]:
+        """(n, 3, 2): two tangents of the domain at each point, as columns."""
+        return frames_at(self.points, self.flat)
+
+    def along(self, frames: NDArray[np.float64], move: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The points (n, 3) after moves (n, 2) along their frames."""
+        return moved_along(self.points, frames, move, self.flat)
+
+    def area_gradients(self, frames: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(m, 3, 2): how each triangle's area on the domain changes along its corners' frames."""
+        return np.asarray(
+            area_gradients(self.points, self.mesh.faces, self.corner_shift, frames, self.flat)
+        )
+
+    def cotangents(self) -> NDArray[np.float64]:
+        """(m, 3) halves of the cotangents of the triangles' angles on the domain, about."""
+        corners = self.corners
+        sides = np.stack(
+            [((corners[:, k - 2] - corners[:, k - 1]) ** 2).sum(axis=1) for k in range(3)], axis=1
+        )
+        areas = np.abs(self.shares)[:, None] * self.domain_area
+        return np.asarray((sides.sum(axis=1, keepdims=True) - 2 * sides) / (8 * areas))
+
+    def comparable(self, frames: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Frames (n, 3, 2) such that moves of neighbours can be compared in space."""
+        return frames
+
+    def locator(self) -> Locator:
+        """What finds points of the domain in this layout."""
+        return Locator(self)
+
     def moved(self, points: NDArray[np.float64]) -> Layout:
         """The same mesh with other points."""
         return Layout(self.mesh, points, self.corner_shift)
@@ -90,9 +123,16 @@ def gather_corners(points, faces, corner_shift, f, corners):
 
 @njit(cache=True, error_model="numpy")
 def area_and_gradient(corners, flat, gradient):
+    """`area_and_gradient_on` the torus or the sphere."""
+    return area_and_gradient_on(corners, 0.0 if flat else 1.0, gradient)
+
+
+@njit(cache=True, error_model="numpy")
+def area_and_gradient_on(corners, curvature, gradient):
     """A triangle's oriented area; fills its gradient (3, 3) with respect to the corners.
 
-    On the sphere Ω = 2 atan2(det, 1 + a·b + b·c + c·a) (van Oosterom and Strackee 1983).
+    On the domain of curvature κ = ±1 it is 2 atan2(det, 1 + κ (⟨a, b⟩ + ⟨b, c⟩ + ⟨c, a⟩)), on the
+    sphere that of van Oosterom and Strackee (1983); ⟨a, b⟩ is that of `star`.
     """
     det = 0.0
     for k in range(3):
@@ -102,16 +142,60 @@ def area_and_gradient(corners, flat, gradient):
             gradient[k, d] = a[e] * b[g] - a[g] * b[e]
     for d in range(3):
         det += corners[0, d] * gradient[0, d]
-    if flat:
+    if curvature == 0.0:
         gradient *= 0.5
         return 0.5 * det
     rest = 1.0
     for k in range(3):
-        for d in range(3):
-            rest += corners[k, d] * corners[(k + 1) % 3, d]
+        a, b = corners[k], corners[(k + 1) % 3]
+        rest += curvature * (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]
     scale = 2.0 / (det * det + rest * rest)
     for k in range(3):
         for d in range(3):
             others = corners[(k + 1) % 3, d] + corners[(k + 2) % 3, d]
+            if d < 2:
+                others *= curvature
             gradient[k, d] = scale * (rest * gradient[k, d] - det * others)
     return 2.0 * np.arctan2(det, rest)
+
+
+def frames_at(points: NDArray[np.float64], flat: bool) -> NDArray[np.float64]:
+    """(n, 3, 2): two tangents of the domain at each point, as columns."""
+    return np.asarray(_frames(points, flat))
+
+
+def moved_along(
+    points: NDArray[np.float64], frames: NDArray[np.float64], move: NDArray[np.float64], flat: bool
+) -> NDArray[np.float64]:
+    """Points moved by (n, 2) along their tangents, and back onto the domain."""
+    moved = points + np.einsum("ndi,ni->nd", frames, move)
+    if not flat:
+        moved /= np.linalg.norm(moved, axis=1, keepdims=True)
+    return np.asarray(moved)
+
+
+@njit(cache=True, error_model="numpy")
+def _frames(points, flat):
+    frames = np.empty((len(points), 3, 2))
+    for v in range(len(points)):
+        ux, uy, uz, wx, wy, wz = tangents(points[v, 0], points[v, 1], points[v, 2], flat)
+        frames[v, 0, 0], frames[v, 1, 0], frames[v, 2, 0] = ux, uy, uz
+        frames[v, 0, 1], frames[v, 1, 1], frames[v, 2, 1] = wx, wy, wz
+    return frames
+
+
+@njit(cache=True, error_model="numpy")
+def area_gradients(points, faces, corner_shift, frames, flat):
+    """(m, 3, 2): how each triangle's area changes with its corners' moves along their tangents."""
+    result = np.zeros((len(faces), 3, 2))
+    corners = np.empty((3, 3))
+    gradient = np.empty((3, 3))
+    for f in range(len(faces)):
+        gather_corners(points, faces, corner_shift, f, corners)
+        area_and_gradient(corners, flat, gradient)
+        for k in range(3):
+            v = faces[f, k]
+            for d in range(3):
+                result[f, k, 0] += gradient[k, d] * frames[v, d, 0]
+                result[f, k, 1] += gradient[k, d] * frames[v, d, 1]
+    return result

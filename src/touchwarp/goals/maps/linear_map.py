@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.goals.maps.closed_mesh import ClosedMesh
+from touchwarp.goals.maps.hyperbolic.layout import HyperbolicLayout
+from touchwarp.goals.maps.hyperbolic.overlay import overlay as hyperbolic_overlay
 from touchwarp.goals.maps.layout import Layout
 from touchwarp.goals.maps.overlay import overlay
 from touchwarp.goals.maps.simplify import FineMap, simplify
@@ -33,7 +35,10 @@ def linear_map(
     Raises:
         GoalError: a triangle of a layout is too thin.
     """
-    cut = overlay(prop, virtual)
+    if isinstance(prop, HyperbolicLayout) and isinstance(virtual, HyperbolicLayout):
+        cut = hyperbolic_overlay(prop, virtual)
+    else:
+        cut = overlay(prop, virtual)
     fine = FineMap(
         cut.points,
         cut.images,

@@ -6,11 +6,14 @@ the point takes on the lattice vector of each cut that it crosses.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from touchwarp.goals.maps.layout import Layout
+if TYPE_CHECKING:
+    from touchwarp.goals.maps.layout import Layout
 
 OUTSIDE = -1e-14
 

@@ -15,12 +15,16 @@ from touchwarp.goals.goal import Goal
 from touchwarp.goals.maps.areas import polish_areas, spread, target_shares
 from touchwarp.goals.maps.base import Base, find_base
 from touchwarp.goals.maps.closed_mesh import ClosedMesh
+from touchwarp.goals.maps.hyperbolic.deck import Deck
+from touchwarp.goals.maps.hyperbolic.layout import unplaced
+from touchwarp.goals.maps.hyperbolic.marking import find_marking
+from touchwarp.goals.maps.hyperbolic.parameterise import lay_out as lay_out_marked
+from touchwarp.goals.maps.hyperbolic.search import MarkedPair, search_classes
 from touchwarp.goals.maps.layout import Layout
 from touchwarp.goals.maps.linear_map import linear_map
-from touchwarp.goals.maps.locate import Locator
 from touchwarp.goals.maps.parameterise import check_topology, lay_out, work_mesh
 from touchwarp.goals.maps.refine import Weights
-from touchwarp.goals.maps.search import Pair, Plan, Progress, search_map
+from touchwarp.goals.maps.search import Found, Pair, Plan, Progress, search_map
 from touchwarp.goals.maps.tidy import Tidied
 from touchwarp.goals.measure import measure_map
 from touchwarp.goals.surface_tree import SurfaceTree
@@ -49,7 +53,7 @@ def area_preserving_goal(
     """The map that keeps shares of area and, of those, moves mass least (optimal transport).
 
     Raises:
-        GoalError: the surfaces are not closed, of different genus, or of genus 2 or more.
+        GoalError: the surfaces are not closed, or of different genus.
     """
     start = time.perf_counter()
     tidied, pair = _pair(prop, spec, np.zeros(2), np.zeros((0, 2, 3)), progress)
@@ -59,8 +63,7 @@ def area_preserving_goal(
         starts=spec.starts,
         seed=spec.seed,
     )
-    found = search_map(pair, plan, progress)
-    whole = tidied[0].restore(found.layout), tidied[1].restore(pair.virtual)
+    found, whole = _search(tidied, pair, plan, progress)
     one, other = (
         polish_areas(layout, target_shares(layout.mesh.face_areas), AREA_AIM) for layout in whole
     )
@@ -71,8 +74,8 @@ def match_goal(prop: Prop, spec: MatchGoal, progress: Progress | None = None) ->
     """The one-to-one map of least displacement and most smoothness; see `maps.refine`.
 
     Raises:
-        GoalError: the surfaces are not closed, of different genus, or of genus 2 or more; a
-            landmark is far from its surface; there is no base where one is asked for.
+        GoalError: the surfaces are not closed, or of different genus; a landmark is far from its
+            surface; there is no base where one is asked for.
     """
     start = time.perf_counter()
     landmarks = np.array([(mark.prop, mark.virtual) for mark in spec.landmarks]).reshape(-1, 2, 3)
@@ -91,9 +94,19 @@ def match_goal(prop: Prop, spec: MatchGoal, progress: Progress | None = None) ->
         starts=spec.starts,
         seed=spec.seed,
     )
-    found = search_map(pair, plan, progress)
-    whole = tidied[0].restore(found.layout), tidied[1].restore(pair.virtual)
+    found, whole = _search(tidied, pair, plan, progress)
     return _goal(spec, pair, whole, found.energies, AREA_FACTOR, start, progress)
+
+
+def _search(
+    tidied: tuple[Tidied, Tidied], pair: Pair, plan: Plan, progress: Progress | None
+) -> tuple[Found, tuple[Layout, Layout]]:
+    """The map found, and the whole meshes' layouts, needles included."""
+    if isinstance(pair, MarkedPair):
+        found = search_classes(pair, plan, progress)
+        return found, (found.layout, pair.virtual)
+    found = search_map(pair, plan, progress)
+    return found, (tidied[0].restore(found.layout), tidied[1].restore(pair.virtual))
 
 
 def _pair(
@@ -107,11 +120,17 @@ def _pair(
     tidied = work_mesh(prop.surface, "the prop"), work_mesh(spec.virtual, "the virtual object")
     meshes = tidied[0].mesh, tidied[1].mesh
     check_topology(*meshes, spec.kind)
-    layouts = []
+    handles = meshes[0].genus > 1
+    if handles:
+        meshes = tidied[0].whole, tidied[1].whole
+    layouts, markings = [], []
     for k, mesh in enumerate(meshes):
         if progress is not None:
             progress("laying the surfaces out", k / 2)
-        layouts.append(lay_out(mesh))
+        if handles:
+            markings.append(find_marking(mesh))
+        else:
+            layouts.append(lay_out(mesh))
     fields = [_fields(mesh, *field_weights) for mesh in meshes]
     placed = [
         _on_surface(mesh, landmarks[:, k], what)
@@ -121,7 +140,13 @@ def _pair(
     if isinstance(spec, MatchGoal) and spec.base is not None:
         base = find_base(tidied[0].whole, tidied[1].whole, np.array(spec.base))
     marks = np.stack(placed, axis=1)
-    return tidied, Pair(layouts[0], layouts[1], (fields[0], fields[1]), marks, base)
+    rest = (fields[0], fields[1]), marks, base
+    if handles:
+        deck = Deck(meshes[0].genus)
+        virtual = lay_out_marked(markings[1], deck)
+        marked = MarkedPair(unplaced(meshes[0], deck), virtual, *rest, marking=markings[0])
+        return tidied, marked
+    return tidied, Pair(layouts[0], layouts[1], *rest)
 
 
 def _fields(mesh: ClosedMesh, normal_weight: float, curvature_weight: float) -> Float:
@@ -178,7 +203,7 @@ def _goal(
             break
     report: dict[str, Any] = {
         **measured,
-        "domain": "torus" if layout.flat else "sphere",
+        "domain": ("sphere", "torus", "hyperbolic")[min(layout.mesh.genus, 2)],
         "domain_flips": int((layout.shares <= 0).sum() + (virtual.shares <= 0).sum()),
         "domain_area_std": spread(layout.shares, target_shares(layout.mesh.face_areas)),
         "transport_cost_m2": _transport_cost(layout, virtual),
@@ -192,7 +217,7 @@ def _goal(
 
 def _transport_cost(layout: Layout, virtual: Layout) -> float:
     """m²: the mean of |g − x|² over the prop's area."""
-    locator = Locator(virtual)
+    locator = virtual.locator()
     locator.find(layout.points)
     moved = locator.values(virtual.mesh.vertices) - layout.mesh.vertices
     return float(layout.mesh.vertex_areas @ (moved**2).sum(axis=1) / layout.mesh.area)

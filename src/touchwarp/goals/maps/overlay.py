@@ -135,8 +135,8 @@ def _keys(
     keys[some] = len(prop.vertices) + virtual.faces[t[some], place[some, 0]]
     some = kind == CROSSING
     f, t = f[some], t[some]
-    one, low = _edges(prop.faces)
-    two, under = _edges(virtual.faces)
+    one, low = numbered_edges(prop.faces)
+    two, under = numbered_edges(virtual.faces)
     e, k = place[some].T
     between = other.shift[t, under[t, k]] + offset[some] - own.shift[f, low[f, e]]
     assert np.abs(between).max(initial=0) < PERIODS // 2, "edges are shorter than that"
@@ -146,7 +146,7 @@ def _keys(
     return keys
 
 
-def _edges(faces: Int) -> tuple[Int, Int]:
+def numbered_edges(faces: Int) -> tuple[Int, Int]:
     """(m, 3), (m, 3): the number of edge k, and which of its two corners has the lower vertex."""
     ahead = faces[:, [1, 2, 0]]
     low, high = np.minimum(faces, ahead), np.maximum(faces, ahead)

@@ -39,19 +39,13 @@ def work_mesh(surface: Surface, what: str) -> Tidied:
 
 
 def check_topology(prop: ClosedMesh, virtual: ClosedMesh, kind: str) -> None:
-    """Raise GoalError unless both are spheres or both are tori."""
-    if prop.genus == virtual.genus <= 1:
+    """Raise GoalError unless both have as many handles."""
+    if prop.genus == virtual.genus:
         return
     told = " and ".join(
         f"{what} has genus {mesh.genus}{_places(mesh)}"
         for what, mesh in (("the prop", prop), ("the virtual object", virtual))
     )
-    if prop.genus == virtual.genus:
-        raise GoalError(
-            f"{told}; {kind} maps surfaces of genus 0 or 1. Fill or cut handles of both down to "
-            "one, or choose another kind: vertices for a deformed mesh, plane_projection or "
-            "direction for simple shapes."
-        )
     raise GoalError(
         f"{told}; {kind} needs surfaces of the same genus, as no one-to-one map joins these. Fill "
         "the hole of one or cut its handle in a modelling tool, or choose another kind: "

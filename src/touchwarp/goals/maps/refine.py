@@ -20,16 +20,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from touchwarp.goals.maps.areas import (
-    area_gradients,
-    frames_at,
-    moved_along,
-    moved_unturned,
-    target_shares,
-)
+from touchwarp.goals.maps.areas import moved_unturned, target_shares
 from touchwarp.goals.maps.block_system import BlockSystem
 from touchwarp.goals.maps.layout import Layout
-from touchwarp.goals.maps.locate import Locator
 from touchwarp.goals.maps.rings import build_rings
 from touchwarp.goals.maps.settle import corner_tables, settle
 
@@ -101,7 +94,7 @@ class MapProblem:
         self.target = target_shares(mesh.face_areas)
         tangent = np.tan(np.clip(mesh.corner_angles, 1e-3, np.pi - 1e-3))
         self._cotangents = np.maximum(0.5 / tangent, LEAST_COTANGENT)
-        self.locator = Locator(self.virtual)
+        self.locator = self.virtual.locator()
         self.system = BlockSystem(mesh.faces, len(mesh.vertices))
         self._both = np.concatenate([self.places[1], self.fields[1]], axis=1)
         layout = self.prop
@@ -160,7 +153,7 @@ class MapProblem:
         for count in range(most_steps):
             if progress is not None:
                 progress(count / most_steps)
-            frames = frames_at(layout.points, layout.flat)
+            frames = layout.frames()
             self._assemble(layout, weights, frames)
             shares = layout.shares
             improved = False
@@ -192,7 +185,7 @@ class MapProblem:
 
     def _evaluate(self, layout: Layout, weights: Weights) -> float:
         shares = layout.shares
-        if (shares <= 0).any():
+        if not (shares > 0).all():
             return np.inf
         self.locator.find(layout.points)
         gaps = self._gaps()
@@ -233,10 +226,7 @@ class MapProblem:
                 weights.smoothness * self._cotangents, jacobian[:, :3], gaps[:, :3]
             )
         if weights.area:
-            gradient = area_gradients(
-                layout.points, faces, layout.corner_shift, frames, layout.flat
-            )
-            gradient /= layout.domain_area
+            gradient = layout.area_gradients(frames) / layout.domain_area
             half = 0.5 * weights.area
             system.add_areas(
                 gradient,
@@ -270,7 +260,7 @@ class MapProblem:
             for sign in (1.0, -1.0):
                 move = np.zeros((len(reach), 2))
                 move[:, axis] = sign * reach
-                self.locator.find(moved_along(layout.points, frames, move, layout.flat), start)
+                self.locator.find(layout.along(frames, move), start)
                 ends.append(self.locator.values(self._both))
             jacobian[:, :, axis] = (ends[0] - ends[1]) / (2 * reach[:, None])
         return jacobian
