@@ -171,10 +171,10 @@ def choose_goal(prop: Soundness, virtual: Soundness) -> tuple[str, str]:
             f"the prop has {_handles(prop.genus)} and the virtual object {_handles(virtual.genus)}:"
             " no one-to-one map keeps both",
         )
-    assert prop.genus is not None
-    if prop.genus > 1:
-        return "direction", f"both have {_handles(prop.genus)}; match knows surfaces of up to one"
-    return "match", f"both surfaces are closed and have {_handles(prop.genus)}"
+    why = f"both surfaces are closed and have {_handles(prop.genus)}"
+    if prop.genus is not None and prop.genus > 1:
+        why += "; see that each is shown on the one beside it"
+    return "match", why
 
 
 def _handles(genus: int | None) -> str:
