@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from touchwarp.goals.maps.areas import frames_at, moved_along, moved_unturned
+from touchwarp.goals.maps.areas import moved_unturned
 from touchwarp.goals.maps.layout import Layout
 from touchwarp.goals.maps.parameterise import lay_out, work_mesh
 from touchwarp.goals.maps.refine import MapProblem, Weights
@@ -27,7 +27,7 @@ def roughened(layout: Layout, by: float) -> Layout:
     rng = np.random.default_rng(3)
     size = np.sqrt(layout.domain_area / len(layout.points))
     move = by * size * rng.normal(size=(len(layout.points), 2))
-    return moved_unturned(layout, layout.shares, frames_at(layout.points, layout.flat), move)[0]
+    return moved_unturned(layout, layout.shares, layout.frames(), move)[0]
 
 
 @pytest.fixture(params=SURFACES)
@@ -52,11 +52,11 @@ def test_the_energy_of_all_falls_towards_the_map_that_moves_nothing(
 
 def test_a_long_move_is_shortened_where_a_triangle_would_turn_over() -> None:
     layout = lay_out(work_mesh(SURFACES["box over box"], "x").mesh)
-    frames = frames_at(layout.points, layout.flat)
+    frames = layout.frames()
     move = np.zeros((len(layout.points), 2))
     move[0] = 3 * np.sqrt(layout.domain_area / len(layout.points))
     move[40] = 1e-3 * move[0]
-    far = layout.moved(moved_along(layout.points, frames, move, layout.flat))
+    far = layout.moved(layout.along(frames, move))
     assert (far.shares <= 0).any()  # the twin: the whole move turns triangles over
     near, shares = moved_unturned(layout, layout.shares, frames, move)
     assert (shares > 0).all()
