@@ -15,19 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.errors import GoalError
+from touchwarp.goals.maps.cell import CROSSING, MOST_CORNERS, PROP_CORNER, VIRTUAL_CORNER, Cells
+from touchwarp.goals.maps.closed_mesh import ClosedMesh
 from touchwarp.goals.maps.lattice import LatticeLayout, on_lattice
 from touchwarp.goals.maps.layout import Layout
 from touchwarp.goals.maps.locate import Locator
-from touchwarp.goals.maps.meeting import (
-    CROSSING,
-    MOST_CORNERS,
-    PROP_CORNER,
-    VIRTUAL_CORNER,
-    Cells,
-    Meetings,
-    cut_cells,
-    find_meetings,
-)
+from touchwarp.goals.maps.meeting import Meetings, cut_cells, find_meetings
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
@@ -73,7 +66,10 @@ def overlay(prop: Layout, virtual: Layout) -> Overlay:
         if meetings.exact:
             cells = cut_cells(own, other, meetings)
             assert cells.closed, "exact signs close every outline"
-            return _assembled(own, other, meetings, cells)
+            keys = _keys(own, other, meetings, cells)
+            return assembled(
+                prop.mesh, virtual.mesh, (meetings.prop, meetings.virtual), cells, keys
+            )
         jitter = rng.integers(-JITTER, JITTER + 1, size=prop.points.shape)
         if prop.flat:
             jitter[:, 2] = 0
@@ -83,30 +79,36 @@ def overlay(prop: Layout, virtual: Layout) -> Overlay:
     )
 
 
-def _assembled(
-    own: LatticeLayout, other: LatticeLayout, meetings: Meetings, cells: Cells
+def assembled(
+    prop: ClosedMesh, virtual: ClosedMesh, met: tuple[Int, Int], cells: Cells, keys: Int
 ) -> Overlay:
-    prop, virtual = own.layout.mesh, other.layout.mesh
-    there = np.arange(MOST_CORNERS) < cells.corners[:, None]
+    """The overlay from its cells.
+
+    Args:
+        prop, virtual: the meshes.
+        met: (q,) and (q,) the triangles of each cell.
+        cells: the cells (q).
+        keys: (k,) one number for each corner that is there, the same for one corner of many cells.
+    """
+    there = cells.there
     row, _ = np.nonzero(there)
-    f, t = meetings.prop[row], meetings.virtual[row]
-    kind, place, part = cells.kind[there], cells.place[there], cells.part[there]
-    keys = _keys(own, other, (f, t, meetings.offset[row]), kind, place)
     _, chosen, number = np.unique(keys, return_index=True, return_inverse=True)
-    corners = prop.vertices[prop.faces[f[chosen]]], virtual.vertices[virtual.faces[t[chosen]]]
+    f, t = met[0][row[chosen]], met[1][row[chosen]]
+    kind, place, part = (each[there][chosen] for each in (cells.kind, cells.place, cells.part))
+    corners = prop.vertices[prop.faces[f]], virtual.vertices[virtual.faces[t]]
     points, images = (np.empty((len(chosen), 3)) for _ in range(2))
     for what, (given, found), (home, away) in (
         (PROP_CORNER, corners, (points, images)),
         (VIRTUAL_CORNER, corners[::-1], (images, points)),
     ):
-        some = kind[chosen] == what
-        home[some] = given[some, place[chosen[some], 0]]
-        away[some] = np.einsum("nk,nkd->nd", part[chosen[some]], found[some])
-    some = np.flatnonzero(kind[chosen] == CROSSING)
+        some = kind == what
+        home[some] = given[some, place[some, 0]]
+        away[some] = np.einsum("nk,nkd->nd", part[some], found[some])
+    some = np.flatnonzero(kind == CROSSING)
     for side, on in ((0, points), (1, images)):
-        edge = place[chosen[some], side]
+        edge = place[some, side]
         a, b = corners[side][some, edge], corners[side][some, (edge + 1) % 3]
-        on[some] = a + part[chosen[some], side, None] * (b - a)
+        on[some] = a + part[some, side, None] * (b - a)
     outline = np.zeros(there.shape, np.int64)
     outline[there] = number.reshape(-1)
     fans = [np.flatnonzero(cells.corners > k + 1) for k in range(1, MOST_CORNERS - 1)]
@@ -114,20 +116,21 @@ def _assembled(
         points,
         images,
         np.concatenate([outline[fan][:, [0, k + 1, k + 2]] for k, fan in enumerate(fans)]),
-        np.concatenate([meetings.prop[fan] for fan in fans]),
-        np.concatenate([meetings.virtual[fan] for fan in fans]),
+        np.concatenate([met[0][fan] for fan in fans]),
+        np.concatenate([met[1][fan] for fan in fans]),
     )
 
 
-def _keys(
-    own: LatticeLayout, other: LatticeLayout, at: tuple[Int, Int, Int], kind: Int, place: Int
-) -> Int:
+def _keys(own: LatticeLayout, other: LatticeLayout, meetings: Meetings, cells: Cells) -> Int:
     """(k,): one number for each corner of cells, the same for the same corner of other cells.
 
     Two edges on a torus may cross more than once; the periods between their frames tell which.
     """
-    f, t, offset = at
     prop, virtual = own.layout.mesh, other.layout.mesh
+    there = cells.there
+    row, _ = np.nonzero(there)
+    f, t, offset = meetings.prop[row], meetings.virtual[row], meetings.offset[row]
+    kind, place = cells.kind[there], cells.place[there]
     keys = np.empty(len(f), np.int64)
     some = kind == PROP_CORNER
     keys[some] = prop.faces[f[some], place[some, 0]]

@@ -19,10 +19,18 @@ from numba import njit
 from numpy.typing import NDArray
 
 from touchwarp.errors import GoalError
+from touchwarp.goals.maps.cell import (
+    CROSSING,
+    PROP_CORNER,
+    VIRTUAL_CORNER,
+    Cells,
+    cut_cell,
+    edge_meets,
+    no_cells,
+)
 from touchwarp.goals.maps.hyperbolic.deck import carry, product
 from touchwarp.goals.maps.hyperbolic.layout import HyperbolicLayout, HyperbolicLocator
-from touchwarp.goals.maps.meeting import CROSSING, MOST_CORNERS, PROP_CORNER, VIRTUAL_CORNER
-from touchwarp.goals.maps.overlay import Overlay, numbered_edges
+from touchwarp.goals.maps.overlay import Overlay, assembled, numbered_edges
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
@@ -44,9 +52,11 @@ def overlay(prop: HyperbolicLayout, virtual: HyperbolicLayout) -> Overlay:
     jitter = JITTER
     placed = prop
     for _ in range(TRIES):
-        cells = _cells(placed, virtual)
-        if cells is not None:
-            return _assembled(placed, virtual, *cells)
+        found = _cells(placed, virtual)
+        if found is not None:
+            met, cells = found
+            keys = _keys(placed, virtual, met, cells)
+            return assembled(prop.mesh, virtual.mesh, (met[:, 0], met[:, 1]), cells, keys)
         moves = jitter * rng.uniform(-1, 1, (len(prop.points), 2))
         placed = prop.moved(prop.along(prop.frames(), moves))
         if not (placed.shares > 0).all():
@@ -58,9 +68,7 @@ def overlay(prop: HyperbolicLayout, virtual: HyperbolicLayout) -> Overlay:
     )
 
 
-def _cells(
-    prop: HyperbolicLayout, virtual: HyperbolicLayout
-) -> tuple[Int, Int, Int, Int, Float] | None:
+def _cells(prop: HyperbolicLayout, virtual: HyperbolicLayout) -> tuple[Int, Cells] | None:
     """Pairs of triangles that meet (q, 3: prop, virtual, element), and their cells; or None."""
     locator = virtual.locator()
     assert isinstance(locator, HyperbolicLocator)
@@ -78,58 +86,19 @@ def _cells(
     )
     if not sure:
         return None
-    count, kind, place, part, closed = _cut(prop.corners, virtual.corners, met, tables[0])
-    return (met, count, kind, place, part) if closed else None
+    cells = no_cells(len(met))
+    closed = _cut(prop.corners, virtual.corners, met, tables[0], *cells[:4])
+    return (met, cells) if closed else None
 
 
-def _assembled(
-    own: HyperbolicLayout,
-    other: HyperbolicLayout,
-    met: Int,
-    count: Int,
-    kind: Int,
-    place: Int,
-    part: Float,
-) -> Overlay:
-    prop, virtual = own.mesh, other.mesh
-    there = np.arange(MOST_CORNERS) < count[:, None]
-    row, _ = np.nonzero(there)
-    f, t = met[row, 0], met[row, 1]
-    kinds, places, parts = kind[there], place[there], part[there]
-    keys = _keys(own, other, met[row], kinds, places)
-    _, chosen, number = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    kinds, places, parts = kinds[chosen], places[chosen], parts[chosen]
-    corners = prop.vertices[prop.faces[f[chosen]]], virtual.vertices[virtual.faces[t[chosen]]]
-    points, images = np.empty((len(chosen), 3)), np.empty((len(chosen), 3))
-    for what, at, away, (home, there_too) in (
-        (PROP_CORNER, corners[0], corners[1], (points, images)),
-        (VIRTUAL_CORNER, corners[1], corners[0], (images, points)),
-    ):
-        some = kinds == what
-        home[some] = at[some, places[some, 0]]
-        there_too[some] = np.einsum("nk,nkd->nd", parts[some], away[some])
-    some = np.flatnonzero(kinds == CROSSING)
-    for side, on in ((0, points), (1, images)):
-        edge = places[some, side]
-        a, b = corners[side][some, edge], corners[side][some, (edge + 1) % 3]
-        on[some] = a + parts[some, side, None] * (b - a)
-    outline = np.zeros(there.shape, np.int64)
-    outline[there] = number.reshape(-1)
-    fans = [np.flatnonzero(count > k + 1) for k in range(1, MOST_CORNERS - 1)]
-    return Overlay(
-        points,
-        images,
-        np.concatenate([outline[fan][:, [0, k + 1, k + 2]] for k, fan in enumerate(fans)]),
-        np.concatenate([met[fan, 0] for fan in fans]),
-        np.concatenate([met[fan, 1] for fan in fans]),
-    )
-
-
-def _keys(own: HyperbolicLayout, other: HyperbolicLayout, met: Int, kind: Int, place: Int) -> Int:
-    """(k, 4): the same for the same corner of other cells.
+def _keys(own: HyperbolicLayout, other: HyperbolicLayout, met: Int, cells: Cells) -> Int:
+    """(k,): one number for each corner of cells, the same for the same corner of other cells.
 
     Two edges may cross more than once; the deck's element between their frames tells which.
     """
+    there = cells.there
+    row, _ = np.nonzero(there)
+    met, kind, place = met[row], cells.kind[there], cells.place[there]
     keys = np.zeros((len(kind), 4), np.int64)
     keys[:, 0] = kind
     for what, mesh, column in ((PROP_CORNER, own.mesh, 0), (VIRTUAL_CORNER, other.mesh, 1)):
@@ -143,7 +112,7 @@ def _keys(own: HyperbolicLayout, other: HyperbolicLayout, met: Int, kind: Int, p
     keys[some, 1], keys[some, 2] = one[f, e], two[t, k]
     frames = own.elements[f, low[f, e]], other.elements[t, under[t, k]]
     keys[some, 3] = _between(*frames, element, own.deck.tables)
-    return keys
+    return np.asarray(np.unique(keys, axis=0, return_inverse=True)[1]).reshape(-1)
 
 
 @njit(cache=True, error_model="numpy")
@@ -180,6 +149,7 @@ def _meet(corners, start, frame, others, neighbours, jumps, tables):
     found = np.empty((capacity, 3), np.int64)
     count, sure = 0, True
     here = np.empty((3, 3))
+    of_prop, of_virtual = np.empty((3, 3)), np.empty((3, 3))
     for f in range(len(corners)):
         first = count
         for head in range(1 << 30):
@@ -195,8 +165,9 @@ def _meet(corners, start, frame, others, neighbours, jumps, tables):
                 found[count, 0], found[count, 1], found[count, 2] = f, t, element
                 count += 1
             _carried(tables[0], element, others[t], here)
+            _tell_sides(corners[f], here, of_prop, of_virtual)
             for k in range(3):
-                meets, certain = _edge_meets(corners[f], here[(k + 1) % 3], here[(k + 2) % 3])
+                meets, certain = edge_meets(of_prop, of_virtual, (k + 1) % 3)
                 sure = sure and certain
                 if not meets:
                     continue
@@ -223,81 +194,21 @@ def _longer(found):
 
 
 @njit(cache=True, error_model="numpy")
-def _edge_meets(own, u, w):
-    """Whether the edge u–w meets the triangle `own`; and whether all signs are sure."""
-    u_inside, w_inside, crosses = True, True, False
+def _tell_sides(own, there, of_prop, of_virtual):
     for e in range(3):
-        a, b = own[e], own[(e + 1) % 3]
-        at_u, at_w = _side(a, b, u), _side(a, b, w)
-        if at_u == 0.0 or at_w == 0.0:
-            return False, False
-        u_inside, w_inside = u_inside and at_u > 0, w_inside and at_w > 0
-        if (at_u > 0) != (at_w > 0):
-            at_a, at_b = _side(u, w, a), _side(u, w, b)
-            if at_a == 0.0 or at_b == 0.0:
-                return False, False
-            crosses = crosses or (at_a > 0) != (at_b > 0)
-    return u_inside or w_inside or crosses, True
+        for i in range(3):
+            of_prop[e, i] = _side(own[e], own[(e + 1) % 3], there[i])
+            of_virtual[e, i] = _side(there[e], there[(e + 1) % 3], own[i])
 
 
 @njit(cache=True, error_model="numpy")
-def _cut(corners, others, met, matrices):
-    """The cell of each pair: its corners, counter-clockwise.
-
-    Each of the six edges that takes part holds one side of the cell, from its first corner to its
-    last; so the outline is followed without measuring anything.
-    """
-    q = len(met)
-    count, kind = np.zeros(q, np.int64), np.zeros((q, MOST_CORNERS), np.int64)
-    place, part = np.zeros((q, MOST_CORNERS, 2), np.int64), np.zeros((q, MOST_CORNERS, 3))
+def _cut(corners, others, met, matrices, count, kind, place, part):
+    closed = True
     there = np.empty((3, 3))
     of_prop, of_virtual = np.empty((3, 3)), np.empty((3, 3))
-    first, last, after = np.empty(6, np.int64), np.empty(6, np.int64), np.empty(15, np.int64)
-    kinds, places, parts = np.empty(15, np.int64), np.empty((15, 2), np.int64), np.empty((15, 3))
-    closed = True
-    for r in range(q):
-        own = corners[met[r, 0]]
+    for r in range(len(met)):
         _carried(matrices, met[r, 2], others[met[r, 1]], there)
-        for e in range(3):
-            for i in range(3):
-                of_prop[e, i] = _side(own[e], own[(e + 1) % 3], there[i])
-                of_virtual[e, i] = _side(there[e], there[(e + 1) % 3], own[i])
-        first[:], last[:] = -1, -1
-        n = 0
-        for which, side in ((PROP_CORNER, of_virtual), (VIRTUAL_CORNER, of_prop)):
-            for j in range(3):
-                if side[0, j] > 0 and side[1, j] > 0 and side[2, j] > 0:
-                    total = side[0, j] + side[1, j] + side[2, j]
-                    kinds[n], places[n, 0], places[n, 1] = which, j, 0
-                    for d in range(3):
-                        parts[n, d] = side[(d + 1) % 3, j] / total
-                    first[3 * which + j] = n
-                    last[3 * which + (j + 2) % 3] = n
-                    n += 1
-        for e in range(3):
-            for k in range(3):
-                at_a, at_b = of_virtual[k, e], of_virtual[k, (e + 1) % 3]
-                at_u, at_w = of_prop[e, k], of_prop[e, (k + 1) % 3]
-                if (at_a > 0) == (at_b > 0) or (at_u > 0) == (at_w > 0):
-                    continue
-                kinds[n], places[n, 0], places[n, 1] = CROSSING, e, k
-                parts[n, 0], parts[n, 1] = at_a / (at_a - at_b), at_u / (at_u - at_w)
-                if at_a < 0:  # the prop's edge comes into the virtual triangle here
-                    first[e], last[3 + k] = n, n
-                else:
-                    last[e], first[3 + k] = n, n
-                n += 1
-        after[:n] = -1
-        for s in range(6):
-            if (first[s] < 0) != (last[s] < 0):
-                closed = False
-            elif first[s] >= 0:
-                after[first[s]] = last[s]
-        here, done = 0, 0
-        while done < n and done < MOST_CORNERS and here >= 0:
-            kind[r, done], place[r, done], part[r, done] = kinds[here], places[here], parts[here]
-            done += 1
-            here = after[here]
-        closed = closed and here == 0 and done == n and n >= 3
-        count[r] = done
-    return count, kind, place, part, closed
+        _tell_sides(corners[met[r, 0]], there, of_prop, of_virtual)
+        count[r], closes = cut_cell(of_prop, of_virtual, kind[r], place[r], part[r])
+        closed = closed and closes
+    return closed
