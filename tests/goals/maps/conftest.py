@@ -48,3 +48,16 @@ def slab_with_holes(holes: int) -> Surface:
 
 def two_holed_surface() -> Surface:
     return slab_with_holes(2)
+
+
+def crowded_surface() -> Surface:
+    """A double cone; its tips have 80 neighbours each."""
+    n = 80
+    angle = 2 * np.pi * np.arange(n) / n
+    points = np.concatenate(
+        [np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1), [[0, 0, 1], [0, 0, -1]]]
+    )
+    i = np.arange(n)
+    j = (i + 1) % n
+    faces = np.concatenate([np.stack([i, j, 0 * i + n], 1), np.stack([j, i, 0 * i + n + 1], 1)])
+    return Surface(points, faces)

@@ -18,7 +18,7 @@ from touchwarp.goals.maps.parameterise import lay_out, work_mesh
 from touchwarp.scene.shapes import box, ellipsoid
 from touchwarp.scene.surface import Surface
 
-from .conftest import ring_surface
+from .conftest import crowded_surface, ring_surface
 
 SURFACES = {"box": box([0.1, 0.06, 0.04]), "ring": ring_surface()}
 
@@ -140,14 +140,6 @@ def test_nothing_is_kept_where_the_cache_is_off_or_closed(
 
 
 def test_a_vertex_with_too_many_neighbours_is_told() -> None:
-    n = 80
-    angle = 2 * np.pi * np.arange(n) / n
-    points = np.concatenate(
-        [np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1), [[0, 0, 1], [0, 0, -1]]]
-    )
-    i = np.arange(n)
-    j = (i + 1) % n
-    faces = np.concatenate([np.stack([i, j, 0 * i + n], 1), np.stack([j, i, 0 * i + n + 1], 1)])
-    mesh = closed_mesh(Surface(points, faces), "x")
+    mesh = closed_mesh(crowded_surface(), "x")
     with pytest.raises(GoalError, match="a vertex with more than 64 neighbours"):
         embed(mesh, np.zeros((len(mesh.faces), 3, 2)))

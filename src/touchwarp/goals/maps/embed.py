@@ -14,7 +14,7 @@ from touchwarp.errors import GoalError
 from touchwarp.goals.maps.closed_mesh import ClosedMesh
 from touchwarp.goals.maps.collapse import Collapsed, collapse_to
 from touchwarp.goals.maps.layout import Layout
-from touchwarp.goals.maps.rings import MOST_NEIGHBOURS, build_rings, restore
+from touchwarp.goals.maps.rings import MOST_NEIGHBOURS, build_rings, restore, rings_of
 from touchwarp.goals.maps.star import kernel_point, relax, set_targets
 
 DIRICHLET = 0.1
@@ -38,13 +38,8 @@ def embed(mesh: ClosedMesh, corner_shift: NDArray[np.float64]) -> NDArray[np.flo
     """
     flat = mesh.genus == 1
     vertices = (mesh.vertices - mesh.centre) / mesh.diagonal
-    ring, shift, degree, built = build_rings(mesh.faces, corner_shift, len(vertices))
+    ring, shift, degree = rings_of(mesh.faces, corner_shift, len(vertices))
     least = LEAST_ON_TORUS if flat else LEAST_ON_SPHERE
-    if not built:
-        raise GoalError(
-            f"the mesh has a vertex with more than {MOST_NEIGHBOURS} neighbours, where a map needs "
-            "rounder triangles: remesh it."
-        )
     left = collapse_to(vertices, ring, shift, degree, least)
     points = np.zeros_like(vertices)
     ok = _lay_torus(points, left) if flat else _lay_tetrahedron(points, left)

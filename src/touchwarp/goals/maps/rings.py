@@ -8,8 +8,28 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+from touchwarp.errors import GoalError
 
 MOST_NEIGHBOURS = 64
+
+
+def rings_of(
+    faces: NDArray[np.int64], corner_shift: NDArray[np.float64], vertices: int
+) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.int32]]:
+    """`ring`, `shift` and `degree` of a closed manifold mesh; arguments as of `build_rings`.
+
+    Raises:
+        GoalError: a vertex has too many neighbours.
+    """
+    ring, shift, degree, built = build_rings(faces, corner_shift, vertices)
+    if not built:
+        raise GoalError(
+            f"the mesh has a vertex with more than {MOST_NEIGHBOURS} neighbours, where a map needs "
+            "rounder triangles: remesh it."
+        )
+    return ring, shift, degree
 
 
 @njit(cache=True, error_model="numpy")

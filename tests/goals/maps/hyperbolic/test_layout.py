@@ -23,8 +23,8 @@ from touchwarp.goals.maps.hyperbolic.overlay import overlay
 from touchwarp.goals.maps.hyperbolic.parameterise import lay_out
 from touchwarp.goals.maps.hyperbolic.words import identity, inverse
 from touchwarp.goals.maps.parameterise import work_mesh
-from touchwarp.scene.surface import Surface
 
+from ..conftest import crowded_surface
 from .conftest import vase
 
 STANDARD = np.kron(np.eye(2, dtype=int), np.array([[0, 1], [0, 0]]))
@@ -110,16 +110,8 @@ def test_a_layout_gathered_or_carried_is_the_same(layout: HyperbolicLayout) -> N
 
 
 def test_a_vertex_with_too_many_neighbours_is_told() -> None:
-    n = 80
-    angle = 2 * np.pi * np.arange(n) / n
-    points = np.concatenate(
-        [np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1), [[0, 0, 1], [0, 0, -1]]]
-    )
-    i = np.arange(n)
-    j = (i + 1) % n
-    faces = np.concatenate([np.stack([i, j, 0 * i + n], 1), np.stack([j, i, 0 * i + n + 1], 1)])
     with pytest.raises(GoalError, match="a vertex with more than 64 neighbours"):
-        Coarsened(closed_mesh(Surface(points, faces), "x"), 10)
+        Coarsened(closed_mesh(crowded_surface(), "x"), 10)
 
 
 def test_a_coarse_layout_without_room_is_told(marking: Marking) -> None:

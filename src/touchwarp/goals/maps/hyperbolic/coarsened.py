@@ -21,7 +21,7 @@ from touchwarp.goals.maps.embed import DIRICHLET, area_scale
 from touchwarp.goals.maps.hyperbolic.deck import carry, product
 from touchwarp.goals.maps.hyperbolic.layout import HyperbolicLayout, laid_out
 from touchwarp.goals.maps.levels import faces_of
-from touchwarp.goals.maps.rings import MOST_NEIGHBOURS, build_rings, place_in_ring, restore
+from touchwarp.goals.maps.rings import MOST_NEIGHBOURS, place_in_ring, restore, rings_of
 from touchwarp.goals.maps.star import kernel_point_on, relax_among, set_targets
 
 Float = NDArray[np.float64]
@@ -46,12 +46,7 @@ class Coarsened:
         self.mesh = mesh
         self.vertices = (mesh.vertices - mesh.centre) / mesh.diagonal
         nothing = np.zeros((len(mesh.faces), 3, 2))
-        ring, shift, degree, built = build_rings(mesh.faces, nothing, len(mesh.vertices))
-        if not built:
-            raise GoalError(
-                f"the mesh has a vertex with more than {MOST_NEIGHBOURS} neighbours, where a map "
-                "needs rounder triangles: remesh it."
-            )
+        ring, shift, degree = rings_of(mesh.faces, nothing, len(mesh.vertices))
         self.left: Collapsed = collapse_to(self.vertices, ring, shift, degree, least)
         self.chosen = np.flatnonzero(self.left.alive)
         number = np.full(len(self.vertices), -1)
