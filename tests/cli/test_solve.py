@@ -7,13 +7,17 @@ import shutil
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from touchwarp.cli.main import main
+from touchwarp.cli.solve import solved_facts
 from touchwarp.warp.file import load_table
+from touchwarp.warp.record import SolveRecord
+from touchwarp.warp.table import TableWarp
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -58,6 +62,32 @@ def test_float16_halves_the_file(plane_scene: Path) -> None:
         assert main(["solve", str(plane_scene), "-o", str(output), *options]) == 0
         sizes.append(output.stat().st_size)
     assert sizes[1] < 0.7 * sizes[0]
+
+
+def test_a_prop_that_is_not_displaced_is_told_of(
+    plane_scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = plane_scene.read_text()
+    output = plane_scene.with_suffix(".warp")
+    note = "prop 'coaster' is shown as and where it is"
+    for scene, told in ((text, False), (text.split("[prop.goal]")[0], True)):
+        plane_scene.write_text(scene)
+        assert main(["solve", str(plane_scene), "-o", str(output)]) == 0
+        assert (note in capsys.readouterr().out) == told
+
+
+def test_a_tolerance_that_was_missed_is_told_of(ball_table: TableWarp, tmp_path: Path) -> None:
+    record = SolveRecord(1000, 0.002, (1e-3,), (1e-6,), 0.9, 0.1, 2.0, 0.1, 0.2, False, 0.0)
+    output = tmp_path / "ball.warp"
+    ball_table.save(output)
+    notes = []
+    for error in (0.9, 1.1):
+        solved = TableWarp(
+            ball_table.bricks, ball_table.meta, replace(record, estimated_error_max_mm=error)
+        )
+        notes.append(solved_facts(solved, output, 1.0)["notes"])
+    assert notes[0] == []
+    assert "stayed above the tolerance" in notes[1][0]
 
 
 BALL = """

@@ -252,6 +252,10 @@ def test_describing_a_scene() -> None:
     assert dict(describe(boxed))["outer boundary"] == "box of 1000 × 2000 × 3000 mm"
     round_room = Scene([BALL], outer=Outer(surface=box((1, 1, 1))))
     assert dict(describe(round_room))["outer boundary"].startswith("surface of 1000 × 1000")
+    plane = "dimension = 2\n[[prop]]\nname = 'flat'\npolygon = [[0, 0], [1, 0], [0, 1]]\n"
+    rows = dict(describe(parse_scene(plane)))
+    assert rows["prop flat"] == "1000 × 1000 mm, 3 segments, from polygon, goal transform"
+    assert rows["outer boundary"].startswith("square, 4 × the longest side")
 
 
 def test_the_rooms_load_no_heavy_library_before_it_is_needed() -> None:

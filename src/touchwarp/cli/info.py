@@ -62,12 +62,14 @@ def _mesh(file: Path, unit: str | None) -> tuple[Rows, dict[str, Any]]:
 
 
 def _scene(file: Path) -> tuple[Rows, dict[str, Any]]:
+    from touchwarp.cli.terminal import progress_bar
     from touchwarp.goals import goals, outer_box, validate
     from touchwarp.scene import describe, load_scene
 
-    scene = load_scene(file)
-    goal_of = goals(scene)
-    validate(scene, goal_of)
+    with progress_bar("reading the scene") as progress:
+        scene = load_scene(file)
+        goal_of = goals(scene, progress)
+        validate(scene, goal_of)
     rows = describe(scene)
     low, high = outer_box(scene, goal_of)
     rows.append(("outer box from", _point(low)))

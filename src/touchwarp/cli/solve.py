@@ -95,9 +95,20 @@ def solve_command(
 
 def solved_facts(warp: TableWarp | PlaneTableWarp, output: Path, seconds: float) -> dict[str, Any]:
     """What `solve` tells about the warp that it has written to `output`, as JSON values."""
+    import numpy as np
+
     record, meta = warp.solution, warp.meta
     assert record is not None, "a warp that was just solved has its record"
-    notes = []
+    notes = [
+        f"prop '{name}' is shown as and where it is: its [prop.goal] is missing or changes nothing."
+        for name, matrix in meta.goals.items()
+        if np.array_equal(matrix, np.eye(len(matrix)))
+    ]
+    if record.estimated_error_max_mm > meta.tolerance_mm:
+        notes.append(
+            "the estimated error stayed above the tolerance in the last round of refinement; "
+            "`touchwarp check` fails a warp for that, and measures what it comes to."
+        )
     if record.contradiction_mm > 0.0:
         notes.append(
             f"a goal asks for {record.contradiction_mm:.2g} mm where its prop meets a fixed "

@@ -118,14 +118,15 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
             f"{objective.mismatch_weight:g} (λ/L² = {objective.screening:g} 1/m²)",
         ),
         ("tolerance", f"{objective.tolerance_mm:g} mm"),
-        ("outer boundary", _outer_text(scene.outer)),
+        ("outer boundary", _outer_text(scene.outer, scene.dimension)),
     ]
     for prop in scene.props:
         goal = prop.goal.kind if isinstance(prop.goal, GoalSpec) else "arrays"
         virtual = getattr(prop.goal, "virtual", None)
         if isinstance(virtual, Surface):
             goal += f" to {_surface_text(virtual)}"
-        source = prop.origin.get("mesh") or prop.origin.get("shape", {}).get("kind") or "arrays"
+        source = prop.origin.get("mesh") or prop.origin.get("shape", {}).get("kind")
+        source = source or ("polygon" if "polygon" in prop.origin else "arrays")
         rows.append(
             (
                 f"prop {prop.name}",
@@ -146,12 +147,13 @@ def _size_text(size_mm: object) -> str:
     return " × ".join(f"{s:.4g}" for s in np.asarray(size_mm)) + " mm"
 
 
-def _outer_text(outer: Outer) -> str:
+def _outer_text(outer: Outer, dimension: int) -> str:
     if outer.box is not None:
         return f"box of {_size_text(np.ptp(np.asarray(outer.box), axis=0) * 1e3)}"
     if outer.surface is not None:
         return f"surface of {_surface_text(outer.surface)}"
-    return f"cube, {outer.box_scale:g} × the longest side of props and virtual objects"
+    shape = "cube" if dimension == 3 else "square"
+    return f"{shape}, {outer.box_scale:g} × the longest side of props and virtual objects"
 
 
 def _fixed_text(fixed: Fixed) -> str:
