@@ -92,6 +92,26 @@ def test_questions_need_a_terminal_or_an_option(
     assert not (folder / "a.toml").exists()
 
 
+def test_sizes_are_told_as_people_say_them(
+    folder: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
+    write_mesh(folder / "a.stl", box([0.26, 0.1, 0.1]), 1e-3)
+    write_mesh(folder / "b.glb", sphere(0.05, 0.5))
+    assert main(["new", "a.stl", "b.glb", "-o", "a.toml"]) == 2
+    sizes = "260 mm if it is in mm, 2.6 m if it is in cm, 260 m if it is in m, 6.6 m if it is in in"
+    assert f"a.stl is {sizes}. Its unit" in capsys.readouterr().err
+
+
+def test_both_files_are_opened_before_any_long_work(
+    folder: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("touchwarp.scan.preparation.prepare", lambda *a, **k: pytest.fail("worked"))
+    write_mesh(folder / "a.stl", box([0.1, 0.1, 0.1]), 1e-3)
+    assert main(["new", "a.stl", "gone.glb", "--unit", "mm", "-o", "a.toml"]) == 2
+    assert "gone.glb does not exist" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

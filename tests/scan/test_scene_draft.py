@@ -38,12 +38,33 @@ def test_a_pose_is_replaced_and_nothing_else(tmp_path: Path) -> None:
     assert after == before
 
 
+def test_a_pose_is_replaced_however_it_is_written(tmp_path: Path) -> None:
+    path = tmp_path / "mug.toml"
+    path.write_text(
+        "# mine\n[[prop]]\nname = 'mug'\n[prop.goal]\nkind = 'match'\n"
+        "virtual_mesh = 'a/cup.glb'  # \"the cup\"\n[prop.goal.pose]\nposition = [1, 2, 3]  # old\n"
+    )
+    text = posed_scene(path, Path("cup.glb"), {"pose": {"position": [4, 5, 6]}, "unit": 0.5})
+    goal = tomllib.loads(text)["prop"][0]["goal"]
+    assert (goal["pose"], goal["unit"]) == ({"position": [4, 5, 6]}, 0.5)
+    assert text.startswith("# mine\n")
+    assert '# "the cup"' in text
+
+
+@pytest.mark.parametrize("content", [b"[[prop\n", b"# caf\xe9\n"])
+def test_a_scene_that_cannot_be_read_is_refused(content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "mug.toml"
+    path.write_bytes(content)
+    with pytest.raises(SceneError, match=r"mug\.toml cannot be read as a scene file"):
+        posed_scene(path, Path("cup.glb"), {})
+
+
 def test_a_scene_without_that_mesh_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="does not exist; `touchwarp new`"):
         posed_scene(tmp_path / "none.toml", Path("cup.glb"), {})
     path = tmp_path / "mug.toml"
     path.write_text("[[prop]]\n")
-    with pytest.raises(SceneError, match=r"0 lines with virtual_mesh = 'cup\.glb'"):
+    with pytest.raises(SceneError, match=r"0 goals with virtual_mesh = 'cup\.glb'"):
         posed_scene(path, Path("cup.glb"), {})
 
 

@@ -51,16 +51,36 @@ def _prompt(question: str, proposed: str) -> Any:
     return click.prompt(question, default=proposed)
 
 
+@dataclass(frozen=True)
+class Settled:
+    """How a mesh file is to be read.
+
+    Attributes:
+        path: the file.
+        unit: a unit's name, or the unit in m.
+        up: its up axis.
+        notes: what was proposed, and what looks odd.
+    """
+
+    path: Path
+    unit: str | float
+    up: str
+    notes: list[str]
+
+
 def settle_reading(
     path: Path, unit: str | None, up: str | None, answers: Answers, prefix: str
-) -> tuple[str | float, str, list[str]]:
-    """The unit and up axis of a mesh file, and a note where one was proposed or looks odd.
+) -> Settled:
+    """The unit and up axis of a mesh file: as given, as its format says, or as answered.
 
     Args:
         path: the mesh.
         unit, up: from options, or None.
         answers: where the rest comes from.
         prefix: of the options' names: "" or "virtual-".
+
+    Raises:
+        SceneError: the file is no mesh, a unit or an axis is unknown, or nobody is there to ask.
     """
     from touchwarp.scan.reading import propose_reading
     from touchwarp.scene.units import METRES, metres_per_unit, up_rotation
@@ -69,11 +89,11 @@ def settle_reading(
     notes = []
     chosen: str | float = unit if unit is not None else read.unit
     if unit is None and not read.unit_known:
+        longest_mm = max(read.size_mm) / METRES[read.unit]
         sizes = ", ".join(
-            f"{max(read.size_mm) * METRES[u] / METRES[read.unit]:.4g} mm if in {u}"
-            for u in ("mm", "cm", "m", "in")
+            f"{_length(longest_mm * METRES[u])} if it is in {u}" for u in ("mm", "cm", "m", "in")
         )
-        chosen = answers.ask(f"{path.name} is {sizes} long. Its unit", read.unit, f"--{prefix}unit")
+        chosen = answers.ask(f"{path.name} is {sizes}. Its unit", read.unit, f"--{prefix}unit")
         notes.append(f"the file tells no unit; {chosen} was chosen by its size")
     with contextlib.suppress(ValueError):
         chosen = float(chosen)
@@ -93,7 +113,12 @@ def settle_reading(
         )
         notes.append(f"the file tells no up axis; {axis} was chosen by its flat foot")
     up_rotation(axis)
-    return chosen, axis, notes
+    return Settled(path, chosen, axis, notes)
+
+
+def _length(mm: float) -> str:
+    """A length as a person would say it: "0.26 mm", "260 mm", "26 m"."""
+    return f"{mm:.3g} mm" if mm < 1000 else f"{mm / 1000:,.3g} m"
 
 
 def _foot(up: str) -> str:

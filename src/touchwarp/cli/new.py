@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from touchwarp.cli.answers import Answers, settle_reading
+from touchwarp.cli.answers import Answers, Settled, settle_reading
 
 if TYPE_CHECKING:
     from touchwarp.scan.preparation import Prepared
@@ -96,29 +96,25 @@ def new_command(
         claim(path, prop, virtual)
     if fit is not None:
         felt = fitted_part(prop, fit, prop_file)
+        seen = settle_reading(virtual, virtual_unit, virtual_up, answers, "virtual-")
     else:
-        felt = mesh_part(prop, unit, up, answers, "", prop_file, crop=not no_table)
-    shown = mesh_part(virtual, virtual_unit, virtual_up, answers, "virtual-", virtual_file)
+        # both files are opened, and what they do not tell is asked, before any long work
+        scan = settle_reading(prop, unit, up, answers, "")
+        seen = settle_reading(virtual, virtual_unit, virtual_up, answers, "virtual-")
+        felt = mesh_part(scan, answers, prop_file, crop=not no_table)
+    shown = mesh_part(seen, answers, virtual_file)
     felt, shown = with_equal_handles(felt, shown, answers)
     write_scene(felt, shown, scale, output)
 
 
-def mesh_part(
-    path: Path,
-    unit: str | None,
-    up: str | None,
-    answers: Answers,
-    prefix: str,
-    file: Path,
-    crop: bool = False,
-) -> Part:
+def mesh_part(settled: Settled, answers: Answers, file: Path, crop: bool = False) -> Part:
     """A mesh file read, its table cut away if `crop`, and repaired."""
     from touchwarp.cli.terminal import progress_bar
     from touchwarp.scan.preparation import prepare
     from touchwarp.scene.mesh_file import read_mesh
 
-    chosen, axis, notes = settle_reading(path, unit, up, answers, prefix)
-    raw = read_mesh(path, chosen, axis)
+    path = settled.path
+    raw = read_mesh(path, settled.unit, settled.up)
     with progress_bar(f"looking at {path.name}") as progress:
         ready = prepare(raw, crop=crop, progress=progress)
     if ready.table is not None and not answers.confirm(
@@ -126,8 +122,8 @@ def mesh_part(
         "--no-table",
     ):
         ready = prepare(raw, crop=False)
-    entries = {"mesh": _relative(path, file.parent), "unit": chosen, "up": axis}
-    return Part(path.stem, raw, ready, entries, file, notes)
+    entries = {"mesh": _relative(path, file.parent), "unit": settled.unit, "up": settled.up}
+    return Part(path.stem, raw, ready, entries, file, settled.notes)
 
 
 def fitted_part(path: Path, kind: str, file: Path) -> Part:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -67,7 +66,7 @@ class SceneDraft:
 
 
 def posed_scene(path: Path, virtual: Path, keys: Mapping[str, Any]) -> str:
-    """The text of a scene file with other keys beside the virtual_mesh that names a file.
+    """The text of a scene file with other keys in the goal whose virtual_mesh names a file.
 
     Args:
         path: the scene file.
@@ -75,40 +74,27 @@ def posed_scene(path: Path, virtual: Path, keys: Mapping[str, Any]) -> str:
         keys: of [prop.goal], such as `pose` and `unit`; they take the place of those there.
 
     Raises:
-        SceneError: the scene is missing, or not exactly one line of it names that mesh.
+        SceneError: the scene is missing or unreadable, or not exactly one goal names that mesh.
     """
     if not path.exists():
         raise SceneError(
             f"scene file {path} does not exist; `touchwarp new` writes one, or give the name of a "
             "mesh to write (.ply, .glb)."
         )
-    lines = path.read_text(encoding="utf-8").splitlines()
-    pattern = re.compile(r"^\s*virtual_mesh\s*=\s*[\"'](.*)[\"']")
-    found = [
-        i
-        for i, line in enumerate(lines)
-        if (match := pattern.match(line)) and Path(match[1]).name == virtual.name
-    ]
+    import tomlkit
+    from tomlkit.exceptions import TOMLKitError
+
+    try:
+        document: Any = tomlkit.parse(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, TOMLKitError) as error:
+        raise SceneError(f"{path.name} cannot be read as a scene file: {error}.") from error
+    goals = [prop.get("goal", {}) for prop in document.get("prop", [])]
+    found = [g for g in goals if Path(str(g.get("virtual_mesh", ""))).name == virtual.name]
     if len(found) != 1:
         raise SceneError(
-            f"{path.name} has {len(found)} lines with virtual_mesh = '{virtual.name}'; one is "
-            "needed, whose goal then gets the pose: write it, or put the printed lines in by hand."
+            f"{path.name} has {len(found)} goals with virtual_mesh = '{virtual.name}'; one is "
+            "needed, which then gets the pose: write it, or put the printed lines in by hand."
         )
-    start = found[0]
-    while start > 0 and not lines[start].lstrip().startswith("["):
-        start -= 1
-    end = found[0]
-    while end < len(lines) and not lines[end].lstrip().startswith("["):
-        end += 1
-    old = re.compile(rf"^\s*({'|'.join(map(re.escape, keys))})\s*=") if keys else None
-    kept = [
-        (i, line)
-        for i, line in enumerate(lines)
-        if not (old and start < i < end and old.match(line))
-    ]
-    result = []
-    for i, line in kept:
-        result.append(line)
-        if i == found[0]:
-            result += [f"{key} = {toml_value(value)}" for key, value in keys.items()]
-    return "\n".join(result) + "\n"
+    for key, value in keys.items():
+        found[0][key] = value
+    return tomlkit.dumps(document)
