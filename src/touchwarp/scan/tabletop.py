@@ -23,8 +23,11 @@ LEAST_SHARE = 0.15
 WIDER = 1.6
 """A table reaches at least this much farther than what stands on it, by area of the box around."""
 STEEP = np.cos(np.radians(25))
-CUT = 2.0
-"""Thicknesses above the plane where the object is cut off."""
+CLEAR = 2.0
+"""Thicknesses off the plane beyond which nothing is table."""
+CUT = 4.0
+"""Standard deviations of the table's noise above the plane where the object is cut off: the floor
+of a cup may lie 2 mm above the table."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,18 +71,20 @@ def crop_tabletop(surface: Surface, seed: int = 0) -> Tabletop | None:
         return None
     point, normal = _fitted(points[best])
     height = (points - point) @ normal
-    beyond = np.abs(height) > CUT * thickness
+    beyond = np.abs(height) > CLEAR * thickness
     if beyond.sum() < 0.05 * SAMPLES:
         return None
     normal = normal if height[beyond].mean() > 0 else -normal
     height = (points - point) @ normal
-    below = height < -CUT * thickness
+    below = height < -CLEAR * thickness
     if below.mean() > 0.02 or not _reaches_beyond(points[best], points[beyond & ~below], normal):
         return None
+    noise = 1.4826 * float(np.median(np.abs(height[best])))  # of a normal distribution
+    cut = min(CUT * noise + 1e-3 * thickness, CLEAR * thickness)
     heights = (surface.vertices - point) @ normal
-    above = heights[surface.faces].max(axis=1) > CUT * thickness
+    above = heights[surface.faces].max(axis=1) > cut
     # what is left of the foot goes down onto the table, where a flat cap can close it
-    foot = np.where(heights < CUT * thickness, heights, 0.0)
+    foot = np.where(heights < cut, heights, 0.0)
     standing = Surface(surface.vertices - foot[:, None] * normal, surface.faces[above])
     area = face_areas(surface)
     return Tabletop(largest_body(standing), point, normal, float(area[~above].sum() / area.sum()))
