@@ -129,12 +129,12 @@ def mesh_part(settled: Settled, answers: Answers, file: Path, crop: bool = False
 def fitted_part(path: Path, kind: str, file: Path) -> Part:
     """A shape fitted to the points of a CSV file."""
     import numpy as np
-    from scipy.spatial.transform import Rotation
 
     from touchwarp.cli.points import read_points
     from touchwarp.errors import SceneError
     from touchwarp.scan.preparation import prepare
     from touchwarp.scan.primitives import fit_primitive
+    from touchwarp.scene.pose import angles_deg
     from touchwarp.scene.shapes import make_shape
 
     try:
@@ -146,7 +146,6 @@ def fitted_part(path: Path, kind: str, file: Path) -> Part:
     points = read_points(text, 3, path.name).points
     found = fit_primitive(kind, points[np.isfinite(points).all(axis=1)])
     T = found.T_points_shape
-    angles = Rotation.from_matrix(T[:3, :3]).as_euler("xyz", degrees=True)
     note = (
         f"a {kind} fitted to {len(points)} points of {path.name}: they lie {found.rms_mm:.2g} mm "
         f"(rms), at most {found.max_mm:.2g} mm, from it"
@@ -155,7 +154,10 @@ def fitted_part(path: Path, kind: str, file: Path) -> Part:
     shape = {key: _rounded(value) for key, value in found.shape.items()}
     entries = {
         "shape": {"kind": kind, **shape},
-        "pose": {"position": _rounded(T[:3, 3]), "rotation_deg": _rounded(angles, 4)},
+        "pose": {
+            "position": _rounded(T[:3, 3]),
+            "rotation_deg": _rounded(angles_deg(T[:3, :3]), 4),
+        },
     }
     raw = make_shape(kind, found.shape).transformed(T)
     return Part(path.stem, raw, prepare(raw, crop=False), entries, file, [note])

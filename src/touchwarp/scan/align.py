@@ -20,6 +20,7 @@ from touchwarp.scan.deviation import Deviation, deviation, face_areas
 from touchwarp.scan.poses import Cloud, even_rotations, frame_matches, turns
 from touchwarp.scan.registration import Registration, Similarity
 from touchwarp.scene.nearest import suggest
+from touchwarp.scene.pose import angles_deg
 from touchwarp.scene.surface import Surface
 
 Float = NDArray[np.float64]
@@ -64,12 +65,7 @@ class Alignment:
     @property
     def rotation_deg(self) -> tuple[float, float, float]:
         """Angles about x, y, z, R = Rz·Ry·Rx, as a scene's `pose` has them."""
-        from scipy.spatial.transform import Rotation
-
-        angles = Rotation.from_matrix(self.T_prop_virtual[:3, :3] / self.scale).as_euler(
-            "xyz", True
-        )
-        return float(angles[0]), float(angles[1]), float(angles[2])
+        return angles_deg(self.T_prop_virtual[:3, :3] / self.scale)
 
     @property
     def position(self) -> tuple[float, float, float]:

@@ -28,10 +28,11 @@ class Deviation:
     max_mm: float
 
     def __str__(self) -> str:
-        return (
-            f"mean {self.mean_mm:.3g}, p95 {self.p95_mm:.3g}, p99 {self.p99_mm:.3g}, "
-            f"max {self.max_mm:.3g} mm"
+        mean, p95, p99, greatest = (
+            f"{v:.3g}" if v >= 1e-4 else "<0.0001"
+            for v in (self.mean_mm, self.p95_mm, self.p99_mm, self.max_mm)
         )
+        return f"mean {mean}, p95 {p95}, p99 {p99}, max {greatest} mm"
 
 
 def deviation(of: Surface, to: Surface, samples: int = SAMPLES, seed: int = 0) -> Deviation:

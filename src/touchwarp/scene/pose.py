@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
@@ -33,6 +34,19 @@ def pose_matrix(
     T[:d, :d] = rotation_matrix(rotation_deg)
     T[:d, d] = position
     return T
+
+
+def angles_deg(R: NDArray[np.float64]) -> tuple[float, float, float]:
+    """The three angles that `rotation_matrix` makes R (3, 3) of, the second within ±90°.
+
+    Where the second is ±90° only a sum of the others is decided; the third is then 0.
+    """
+    from scipy.spatial.transform import Rotation
+
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Gimbal lock", UserWarning)  # any of the answers will do
+        x, y, z = Rotation.from_matrix(R).as_euler("xyz", degrees=True)
+    return float(x), float(y), float(z)
 
 
 def _cos_sin(angle_deg: float) -> tuple[float, float]:
