@@ -38,6 +38,7 @@ def test_a_scan_on_a_table_and_a_model_become_a_scene(folder: Path, capsys: Told
     assert "Goal    match: both surfaces are closed and have 1 handle." in told
     entries = tomllib.loads((folder / "mug.toml").read_text())
     assert entries["prop"][0]["goal"]["kind"] == "match"
+    assert entries["prop"][0]["goal"]["base"] == [0, 0, -1]
     assert entries["fixed"][0]["plane"] == {"point": [0, 0, 0], "normal": [0, 0, 1]}
     scene = load_scene(folder / "mug.toml")
     assert inspect(scene.props[0].surface).genus == 1

@@ -2,39 +2,14 @@
 
 from __future__ import annotations
 
-import os
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from touchwarp.cli.answers import Answers, Settled, settle_reading
-
-if TYPE_CHECKING:
-    from touchwarp.scan.preparation import Prepared
-    from touchwarp.scene import Surface
-
-
-@dataclass(frozen=True)
-class Part:
-    """The prop or the virtual object on its way into the scene.
-
-    Attributes:
-        name: for the scene and for messages.
-        raw: as its file has it, in m, z up.
-        ready: cleaned; in the scene's frame for a prop.
-        entries: the keys that say it in the scene.
-        file: where its mesh is written if the file's own will not do.
-        notes: comments for the scene.
-    """
-
-    name: str
-    raw: Surface
-    ready: Prepared
-    entries: dict[str, Any]
-    file: Path
-    notes: list[str] = field(default_factory=list)
+from touchwarp.cli.answers import Answers, settle_reading
+from touchwarp.cli.new_parts import Part, fitted_part, mesh_part, rounded, with_equal_handles
 
 
 @click.command(
@@ -107,89 +82,6 @@ def new_command(
     write_scene(felt, shown, scale, output)
 
 
-def mesh_part(settled: Settled, answers: Answers, file: Path, crop: bool = False) -> Part:
-    """A mesh file read, its table cut away if `crop`, and repaired."""
-    from touchwarp.cli.terminal import progress_bar
-    from touchwarp.scan.preparation import prepare
-    from touchwarp.scene.mesh_file import read_mesh
-
-    path = settled.path
-    raw = read_mesh(path, settled.unit, settled.up)
-    with progress_bar(f"looking at {path.name}") as progress:
-        ready = prepare(raw, crop=crop, progress=progress)
-    if ready.table is not None and not answers.confirm(
-        f"{path.name} stands on a table ({ready.table.share:.0%} of the scan). Cut it away",
-        "--no-table",
-    ):
-        ready = prepare(raw, crop=False)
-    entries = {"mesh": _relative(path, file.parent), "unit": settled.unit, "up": settled.up}
-    return Part(path.stem, raw, ready, entries, file, settled.notes)
-
-
-def fitted_part(path: Path, kind: str, file: Path) -> Part:
-    """A shape fitted to the points of a CSV file."""
-    import numpy as np
-
-    from touchwarp.cli.points import read_points
-    from touchwarp.errors import SceneError
-    from touchwarp.scan.preparation import prepare
-    from touchwarp.scan.primitives import fit_primitive
-    from touchwarp.scene.pose import angles_deg
-    from touchwarp.scene.shapes import make_shape
-
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(
-            f"{path} cannot be read as a table of points ({error}); a .csv of x,y,z in m is needed."
-        ) from error
-    points = read_points(text, 3, path.name).points
-    found = fit_primitive(kind, points[np.isfinite(points).all(axis=1)])
-    T = found.T_points_shape
-    note = (
-        f"a {kind} fitted to {len(points)} points of {path.name}: they lie {found.rms_mm:.2g} mm "
-        f"(rms), at most {found.max_mm:.2g} mm, from it"
-    )
-    click.echo(f"Fitted {note}.")
-    shape = {key: _rounded(value) for key, value in found.shape.items()}
-    entries = {
-        "shape": {"kind": kind, **shape},
-        "pose": {
-            "position": _rounded(T[:3, 3]),
-            "rotation_deg": _rounded(angles_deg(T[:3, :3]), 4),
-        },
-    }
-    raw = make_shape(kind, found.shape).transformed(T)
-    return Part(path.stem, raw, prepare(raw, crop=False), entries, file, [note])
-
-
-def with_equal_handles(felt: Part, shown: Part, answers: Answers) -> tuple[Part, Part]:
-    """Both, the one with more handles mended to the other's number, if that is possible and wanted.
-
-    Scans have tunnels that the thing has not, where the scanner saw too little. A mesh that was
-    closed already is believed.
-    """
-    from touchwarp.cli.terminal import progress_bar
-    from touchwarp.scan.preparation import prepare
-
-    a, b = felt.ready.found, shown.ready.found
-    if not (a.sound and b.sound) or a.genus is None or b.genus is None or a.genus == b.genus:
-        return felt, shown
-    more, genus = (felt, b.genus) if a.genus > b.genus else (shown, a.genus)
-    if more.ready.repair is None or more.ready.repair.genus_before is not None:
-        return felt, shown  # its mesh is closed, so its handles are meant
-    with progress_bar(f"closing tunnels of {more.name}") as progress:
-        fewer = prepare(more.raw, crop=more.ready.table is not None, genus=genus, progress=progress)
-    if fewer.repair is None or not answers.confirm(
-        f"{more.name} has {more.ready.found.genus} handles, the other {genus}. "
-        f"{fewer.repair.steps[-1].capitalize()} would leave {genus}; do that",
-        "another mesh",
-    ):
-        return felt, shown
-    mended = replace(more, ready=fewer)
-    return (mended, shown) if more is felt else (felt, mended)
-
-
 def write_scene(felt: Part, shown: Part, scale: bool, output: Path) -> None:
     """Align, pick the goal, write what is needed, and make sure that the scene can be read."""
     import touchwarp as tw
@@ -215,6 +107,8 @@ def write_scene(felt: Part, shown: Part, scale: bool, output: Path) -> None:
     metres = metres_per_unit(source["unit"])
     goal = {"kind": kind, "virtual_mesh": source.pop("mesh"), **source}
     goal |= pose_keys(found, metres if scale else None)
+    if kind == "match" and table and _feet_are_flat(felt, shown, found.T_prop_virtual):
+        goal["base"] = [0, 0, -1]
     for part in (felt, shown):
         if part.ready.changed:
             write_mesh(part.file, part.ready.surface)
@@ -226,6 +120,7 @@ def write_scene(felt: Part, shown: Part, scale: bool, output: Path) -> None:
             "prop": _prop_notes(felt),
             "goal": [f"{kind}: {why}.", *(f"{shown.name}: {note}." for note in _notes(shown))],
             "pose": [f"{label}: {text}" for label, text in alignment_rows(found)],
+            "base": ["the flat foot that both stand on; it stays on the table"],
             "table": ["the table that the scan showed; a hand on it is shown on it"],
         },
         table={"name": "table", "plane": _TABLE, "contact": "slide"} if table else None,
@@ -249,6 +144,21 @@ def write_scene(felt: Part, shown: Part, scale: bool, output: Path) -> None:
 _TABLE = {"point": [0, 0, 0], "normal": [0, 0, 1]}
 
 
+def _feet_are_flat(felt: Part, shown: Part, T_prop_virtual: Any) -> bool:
+    """Whether both stand on the table by a flat face, which the map can then keep there."""
+    import numpy as np
+
+    from touchwarp.errors import GoalError
+    from touchwarp.goals.maps.base import find_base
+
+    virtual = shown.ready.surface.transformed(T_prop_virtual)
+    try:
+        find_base(felt.ready.surface, virtual, np.array([0.0, 0.0, -1.0]))
+    except GoalError:
+        return False
+    return True
+
+
 def _scene(draft: Any, output: Path) -> Any:
     from touchwarp.scene import parse_scene
 
@@ -266,8 +176,8 @@ def _by_transform(draft: Any, felt: Part, shown: Part, T: Any, why: str, refusal
     goal = {
         "kind": "transform",
         "pivot": "base",
-        "scale": _rounded(np.ptp([to_low, to_high], axis=0) / np.ptp([low, high], axis=0), 5),
-        "translation": _rounded(shift),
+        "scale": rounded(np.ptp([to_low, to_high], axis=0) / np.ptp([low, high], axis=0), 5),
+        "translation": rounded(shift),
     }
     reasons = [
         f"transform: {why}; and not by direction either:",
@@ -308,17 +218,3 @@ def _notes(part: Part) -> list[str]:
     if part.ready.refusal:
         notes.append(f"not closed: {part.ready.refusal}".rstrip("."))
     return notes
-
-
-def _relative(path: Path, folder: Path) -> str:
-    try:
-        return Path(os.path.relpath(path, folder)).as_posix()
-    except ValueError:  # another drive
-        return path.resolve().as_posix()
-
-
-def _rounded(value: Any, digits: int = 7) -> Any:
-    import numpy as np
-
-    numbers = np.round(np.asarray(value, dtype=float), digits) + 0.0
-    return numbers.tolist()

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from touchwarp.errors import GoalError
 from touchwarp.goals.maps.closed_mesh import ClosedMesh
+from touchwarp.scene.surface import Surface
 
 Float = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ class Base:
         return np.asarray(vertices @ self.normal >= self.prop_height - FLAT)
 
 
-def find_base(prop: ClosedMesh, virtual: ClosedMesh, normal: Float) -> Base:
+def find_base(prop: ClosedMesh | Surface, virtual: ClosedMesh | Surface, normal: Float) -> Base:
     """The base of both surfaces towards `normal`.
 
     Raises:
