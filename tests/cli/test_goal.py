@@ -72,6 +72,13 @@ def test_what_it_says_about_a_texture_makes_a_scene(
     np.testing.assert_allclose(came.virtual_points[row], written.virtual_points, atol=1e-6)
 
 
+def test_a_texture_that_is_too_small_is_told(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["goal", str(scene), "-o", str(tmp_path / "ball.exr"), "--size", "16"]) == 0
+    assert "points crowd one texel; a larger --size lessens it." in capsys.readouterr().out
+
+
 def test_one_of_several_props_as_json(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -13,10 +13,11 @@ from touchwarp.warp.table import TableWarp
 
 
 def test_the_file_holds_the_warp_at_its_nodes(
-    ball_warp: Path, ball_table: TableWarp, tmp_path: Path
+    ball_warp: Path, ball_table: TableWarp, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     output = tmp_path / "ball.npz"
     assert main(["table", str(ball_warp), "--shape", "9", "8", "7", "-o", str(output)]) == 0
+    assert "ball.npz: 9 × 8 × 7 nodes, 50 × 57.1 × 66.7 mm apart" in capsys.readouterr().out
     with np.load(output) as held:
         displacement = held["displacement"]
         node = held["origin"] + held["spacing"] * [4, 3, 2]
@@ -45,4 +46,13 @@ def test_other_shapes_are_refused(
     assert main(["table", str(ball_warp), "--shape", *shape, "-o", str(output)]) == 2
     told = capsys.readouterr().err
     assert re.search(message.replace("+", r"\+"), told.replace("\n", " "))
+    assert not output.exists()
+
+
+def test_another_ending_is_refused(
+    ball_warp: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "ball.txt"
+    assert main(["table", str(ball_warp), "--shape", "9", "8", "7", "-o", str(output)]) == 2
+    assert "the output is ball.txt; a NumPy file (.npz) is needed" in capsys.readouterr().err
     assert not output.exists()

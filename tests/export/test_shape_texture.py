@@ -111,6 +111,36 @@ def test_charts_do_not_overlap(goal: Goal) -> None:
     assert inside.max() == 1
 
 
+def with_a_needle(goal: Goal) -> Goal:
+    """The same map with the middle of one edge as a point of its own, on one side only.
+
+    A face with no area closes the gap to the other side, as where layouts of two meshes meet.
+    """
+    a, b, c = goal.faces[0].tolist()
+    p = len(goal.prop_points)
+    faces = np.concatenate([goal.faces[1:], [(a, p, c), (p, b, c), (a, b, p)]])
+    points, virtual = (
+        np.concatenate([v, v[[a, b]].mean(axis=0, keepdims=True)])
+        for v in (goal.prop_points, goal.virtual_points)
+    )
+    return Goal(points, virtual, faces)
+
+
+def test_faces_with_no_area_have_a_place_too(
+    goal: Goal, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    needled = with_a_needle(goal)
+    facts = write_goal(tmp_path / "goal.exr", needled, "cube")
+    assert facts["texture_error"] < 1e-8
+    assert difference(read_back(tmp_path, "goal.exr"), needled) < 2e-8
+    # as the unwrapper leaves it, the needle's corners lie where nothing is painted
+    monkeypatch.setattr(
+        "touchwarp.export.atlas.with_needles",
+        lambda points, rows, faces, uv, dropped: (rows, faces, uv),
+    )
+    assert paint_texture(needled).error > 1e-3
+
+
 def test_a_size_can_be_asked_for(goal: Goal) -> None:
     small, large = (paint_texture(goal, size).displacement.shape for size in (300, 600))
     assert 0.4 < (small[0] * small[1]) / 300**2 < 2

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from touchwarp.goals import Goal
     from touchwarp.scene import Scene
 
+TELLING = 5e-5  # m: the default tolerance_mm of a goal
+
 
 @click.command(
     "goal",
@@ -127,6 +129,8 @@ def _texture_text(facts: dict[str, Any], output: Path) -> str:
     size = f"{facts['width']} × {facts['height']} texels"
     lines = [f"The texture has {size}; read back, it differs from the goal's points by"]
     lines[0] += f" {facts['texture_error'] * 1e3:.2g} mm at most."
+    if facts["texture_error"] > TELLING:
+        lines.append("That is where points crowd one texel; a larger --size lessens it.")
     if "scale" in facts:
         lines.append(
             f"Its greatest number stands for {facts['scale']:.9g} m, a step for "

@@ -57,7 +57,10 @@ def _text_of(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except OSError as error:
-        raise TouchwarpError(f"{path} cannot be read: {error.strerror}.") from error
+        raise TouchwarpError(
+            f"{path} cannot be read: {error.strerror}; a CSV file of x,y,z in metres is needed, or "
+            "'-' for stdin."
+        ) from error
     except UnicodeDecodeError as error:
         raise TouchwarpError(
             f"{path} is not a text file in UTF-8; a CSV file of x,y,z in metres is needed."

@@ -46,9 +46,12 @@ def table_command(
     A regular table mixes both sides of a surface within its cells and so misses the prop by about
     half a cell; where contact matters, read the warp file itself (docs/warp-file.md).
     """
-    from touchwarp.errors import TouchwarpError
+    from touchwarp.cli.terminal import in_bytes
+    from touchwarp.errors import OutputError, TouchwarpError
     from touchwarp.outputs import claim, replacing
 
+    if output.suffix != ".npz":
+        raise OutputError(f"the output is {output.name}; a NumPy file (.npz) is needed.")
     claim(output, warp)
     needed = prod(shape) * BYTES_PER_NODE / 1e9
     if needed > memory_limit_gb:
@@ -79,3 +82,7 @@ def table_command(
             spacing=regular.spacing,
             displacement=regular.displacement.astype(np.float32),
         )
+    nodes = " × ".join(str(n) for n in regular.displacement.shape[:-1])
+    spacing = " × ".join(f"{length * 1e3:.3g}" for length in regular.spacing)
+    size = in_bytes(output.stat().st_size)
+    click.echo(f"{output}: {nodes} nodes, {spacing} mm apart, {size}.")

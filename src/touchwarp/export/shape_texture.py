@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from touchwarp.errors import GoalError
+from touchwarp.export.atlas import unwrap
 from touchwarp.goals.goal import Goal
 from touchwarp.goals.texture import sample_texture, texel_weights
 from touchwarp.scene.uv_mesh import UvMesh
@@ -19,8 +20,6 @@ Int = NDArray[np.int64]
 TEXELS_PER_POINT = 96
 LEAST_SIZE, MOST_SIZE = 256, 2048
 SIZE_LIMIT = 8192
-# Texels between charts, so that no bilinear sample mixes two.
-PADDING = 4
 CROWDING = 1e-6
 # How far beyond its border, in texels, a triangle's displacement is carried on.
 BEYOND = 2.0
@@ -61,7 +60,7 @@ def paint_texture(goal: Goal, size: int | None = None) -> ShapeTexture:
         size = int(np.clip(2 ** np.ceil(np.log2(wanted)), LEAST_SIZE, MOST_SIZE))
     if not 16 <= size <= SIZE_LIMIT:
         raise GoalError(f"the texture's size is {size} texels; 16 to {SIZE_LIMIT} is needed.")
-    atlas, rows, shape = _unwrap(goal, size)
+    atlas, rows, shape = unwrap(goal.prop_points, goal.faces, size)
     displacement = goal.displacement[rows]
     x, y = atlas.uv[:, 0] * shape[1] - 0.5, (1 - atlas.uv[:, 1]) * shape[0] - 0.5
     image = np.zeros((*shape, 3))
@@ -72,28 +71,6 @@ def paint_texture(goal: Goal, size: int | None = None) -> ShapeTexture:
     single = image.astype(np.float32)
     error = np.abs(sample_texture(single.astype(np.float64), atlas.uv) - displacement)
     return ShapeTexture(atlas, single, float(np.linalg.norm(error, axis=1).max()))
-
-
-def _unwrap(goal: Goal, size: int) -> tuple[UvMesh, Int, tuple[int, int]]:
-    """The atlas, the goal's point of each of its vertices, and the texture's height and width."""
-    import xatlas
-
-    atlas = xatlas.Atlas()
-    # xatlas drops triangles by an absolute area; in tenths of a percent of the prop none is small.
-    extent = float(np.ptp(goal.prop_points, axis=0).max())
-    positions = (goal.prop_points - goal.prop_points.mean(axis=0)) * (1000 / extent)
-    atlas.add_mesh(positions.astype(np.float32), goal.faces.astype(np.uint32))
-    packing = xatlas.PackOptions()
-    packing.resolution = size
-    packing.padding = PADDING
-    packing.bilinear = True
-    atlas.generate(pack_options=packing)
-    rows, faces, uv = atlas.get_mesh(0)
-    shape = (int(atlas.height), int(atlas.width))
-    # xatlas counts v from the image's first row; texture coordinates here have v up.
-    flipped = np.stack([uv[:, 0], 1 - uv[:, 1]], axis=1).astype(np.float64)
-    rows = rows.astype(np.int64)
-    return UvMesh(goal.prop_points[rows], faces.astype(np.int64), flipped), rows, shape
 
 
 @njit(cache=True)
