@@ -93,6 +93,18 @@ def test_questions_need_a_terminal_or_an_option(
     assert not (folder / "a.toml").exists()
 
 
+def test_an_answer_that_makes_no_sense_is_asked_for_again(
+    folder: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("milli\n-2\nmm\n"))
+    write_mesh(folder / "a.stl", box([0.1, 0.1, 0.1]), 1e-3)
+    assert main(["new", "a.stl", "gone.glb", "-o", "a.toml"]) == 2
+    told = capsys.readouterr()
+    assert told.out.count("Its unit") == 3
+    assert "Error: unknown unit 'milli'" in told.out
+    assert "gone.glb does not exist" in told.err  # the third answer was taken
+
+
 def test_sizes_are_told_as_people_say_them(
     folder: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import click
+
+from touchwarp.errors import SceneError, TouchwarpError
 
 
 @dataclass(frozen=True)
@@ -21,17 +24,29 @@ class Answers:
 
     yes: bool
 
-    def ask(self, question: str, proposed: str, option: str) -> str:
-        """One answer; `option` is named where there is no terminal to ask."""
-        return str(self._answer(question, proposed, option, lambda: _prompt(question, proposed)))
+    def ask(self, question: str, proposed: str, option: str, check: Callable[[str], object]) -> str:
+        """One answer, asked for until `check` raises nothing.
+
+        Where there is no terminal to ask, the message names `option`.
+        """
+
+        def checked(answer: str) -> str:
+            try:
+                check(answer)
+            except TouchwarpError as error:
+                raise click.UsageError(str(error)) from error
+            return answer
+
+        def prompt() -> str:
+            return str(click.prompt(question, default=proposed, value_proc=checked))
+
+        return str(self._answer(question, proposed, option, prompt))
 
     def confirm(self, question: str, option: str) -> bool:
         """Yes or no; yes is proposed."""
         return bool(self._answer(question, "yes", option, lambda: click.confirm(question, True)))
 
-    def _answer(self, question: str, proposed: str, option: str, prompt: Any) -> Any:
-        from touchwarp.errors import SceneError
-
+    def _answer(self, question: str, proposed: str, option: str, prompt: Callable[[], Any]) -> Any:
         if self.yes:
             click.echo(f"{question}: {proposed} (proposed)")
             return proposed
@@ -45,10 +60,6 @@ class Answers:
                 f"a question needs an answer, and there is no terminal to ask: '{question}'. Give "
                 f"{option}, or --yes to take what is proposed ({proposed})."
             ) from None
-
-
-def _prompt(question: str, proposed: str) -> Any:
-    return click.prompt(question, default=proposed)
 
 
 @dataclass(frozen=True)
@@ -87,17 +98,18 @@ def settle_reading(
 
     read = propose_reading(path)
     notes = []
-    chosen: str | float = unit if unit is not None else read.unit
+    chosen = unit if unit is not None else read.unit
     if unit is None and not read.unit_known:
         longest_mm = max(read.size_mm) / METRES[read.unit]
         sizes = ", ".join(
             f"{_length(longest_mm * METRES[u])} if it is in {u}" for u in ("mm", "cm", "m", "in")
         )
-        chosen = answers.ask(f"{path.name} is {sizes}. Its unit", read.unit, f"--{prefix}unit")
+        chosen = answers.ask(
+            f"{path.name} is {sizes}. Its unit", read.unit, f"--{prefix}unit", _unit
+        )
         notes.append(f"the file tells no unit; {chosen} was chosen by its size")
-    with contextlib.suppress(ValueError):
-        chosen = float(chosen)
-    longest = max(read.size_mm) * metres_per_unit(chosen) / METRES[read.unit]
+    settled = _unit(chosen)
+    longest = max(read.size_mm) * metres_per_unit(settled) / METRES[read.unit]
     if read.unit_known and unit is None and not read.plausible:
         notes.append(
             f"{longest:.4g} mm long, as the file says: odd for a thing held in the hand; if the "
@@ -110,10 +122,22 @@ def settle_reading(
             f"{path.name} seems to stand on its {_foot(read.up)} side. Its up axis",
             read.up,
             f"--{prefix}up",
+            up_rotation,
         )
         notes.append(f"the file tells no up axis; {axis} was chosen by its flat foot")
     up_rotation(axis)
-    return Settled(path, chosen, axis, notes)
+    return Settled(path, settled, axis, notes)
+
+
+def _unit(answer: str) -> str | float:
+    """A unit's name, or its length in m; raises SceneError where it is neither."""
+    from touchwarp.scene.units import metres_per_unit
+
+    unit: str | float = answer
+    with contextlib.suppress(ValueError):
+        unit = float(answer)
+    metres_per_unit(unit)
+    return unit
 
 
 def _length(mm: float) -> str:
