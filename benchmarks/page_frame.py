@@ -5,8 +5,8 @@
 The demo's mug (to 0.5 mm) unless a scene is given, entered with an emulated headset and calibrated
 by touch. Measured is everything that happens between reading the joints and drawing: nearest places
 of the prop for ten fingertips, the lookup, both whole hands by inverse kinematics, contacts and the
-audit; with both hands touching, at 100 pairs of places, around which they move by up to 1 mm a frame,
-since places are sought from where they were.
+audit; with both hands touching, at 100 pairs of places, around which they move by up to 1 mm a
+frame, since places are sought from where they were.
 """
 
 from __future__ import annotations
