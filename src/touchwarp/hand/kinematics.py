@@ -9,6 +9,9 @@ import math
 
 from numba import njit
 
+LEAST = 0.05
+"""A pivot is to keep this share of what the unknown's own spring alone would give."""
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def turn_about(axis, angle, R):
@@ -83,37 +86,46 @@ def place(chain, finger, palm_turn, palm_shift, centre, q, turns, joints, axes):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def invert_symmetric(M, out):
-    """out = M⁻¹ of a positive definite (3, 3)."""
-    a, b, c, d, e, f = M[0, 0], M[0, 1], M[0, 2], M[1, 1], M[1, 2], M[2, 2]
-    A, B, C = d * f - e * e, c * e - b * f, b * e - c * d
-    scale = 1.0 / (a * A + b * B + c * C)
-    out[0, 0] = A * scale
-    out[0, 1] = out[1, 0] = B * scale
-    out[0, 2] = out[2, 0] = C * scale
-    out[1, 1] = (a * f - c * c) * scale
-    out[1, 2] = out[2, 1] = (b * c - a * e) * scale
-    out[2, 2] = (a * d - b * b) * scale
+def factor(A, springs):
+    """A = L Lᵀ (n, n), in its lower half, with 1 / L_jj on the diagonal.
+
+    Args:
+        springs: (n,), stiffness that each unknown has by itself.
+
+    Returns:
+        Whether A is definite enough: each pivot keeps a share of its spring.
+    """
+    n = len(springs)
+    for j in range(n):
+        pivot = A[j, j]
+        for k in range(j):
+            pivot -= A[j, k] * A[j, k]
+        if not pivot > LEAST * springs[j]:
+            return False
+        A[j, j] = 1.0 / math.sqrt(pivot)
+        for i in range(j + 1, n):
+            for k in range(j):
+                A[i, j] -= A[i, k] * A[j, k]
+            A[i, j] *= A[j, j]
+    return True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def solve_definite(A, b):
-    """b ← A⁻¹ b by Cholesky's factors, which are written over A (n, n)."""
-    n = len(b)
-    for j in range(n):
-        for i in range(j, n):
-            total = A[i, j]
-            for k in range(j):
-                total -= A[i, k] * A[j, k]
-            A[i, j] = math.sqrt(total) if i == j else total / A[j, j]
-    for i in range(n):
+def half_solve(L, b):
+    """b ← L⁻¹ b, with the factor of `factor`."""
+    for i in range(len(b)):
         for k in range(i):
-            b[i] -= A[i, k] * b[k]
-        b[i] /= A[i, i]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            b[i] -= A[k, i] * b[k]
-        b[i] /= A[i, i]
+            b[i] -= L[i, k] * b[k]
+        b[i] *= L[i, i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def other_half(L, b):
+    """b ← L⁻ᵀ b, with the factor of `factor`."""
+    for i in range(len(b) - 1, -1, -1):
+        for k in range(i + 1, len(b)):
+            b[i] -= L[k, i] * b[k]
+        b[i] *= L[i, i]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -6,10 +6,9 @@ tracked hand, so that nothing moves where nothing is asked for. They minimise
     Σ_i w_i |tip_i − target_i|² + |S q|² + s_t² |t − t₀|² + s_r² |θ − θ₀|²,
 
 with angles beyond their limits held back by a stiff spring and cut off in the end. Steps are
-Gauss–Newton's: finger i gives way by its compliance C_i = I / w_i + F_i G⁻¹ F_iᵀ (3 × 3; F_i the
-motion of its tip by its angles, G their stiffness), which leaves six equations for the palm.
-Once settled, what the stiffness has held back is added to the targets (iterated Tikhonov) and the
-steps go on, so that tips which can be reached are, and ones which cannot make no joint swing.
+Newton's, with each finger's angles eliminated (`finger_step`), which leaves six equations for the
+palm. Once settled, what the stiffness has held back is added to the targets (iterated Tikhonov) and
+the steps go on, so that tips which can be reached are, and ones which cannot make no joint swing.
 
 There is no memory of the last frame: equal input gives equal output, and a lost or late frame
 leaves no trace. The sums are written out since they run at every frame.
@@ -22,38 +21,33 @@ import math
 import numpy as np
 from numba import njit
 
+from touchwarp.hand.finger_step import eliminate, follow, linearise
 from touchwarp.hand.kinematics import (
-    invert_symmetric,
+    factor,
+    half_solve,
     multiply,
+    other_half,
     place,
     rotation_vector,
-    solve_definite,
     turn_by,
 )
 
 STEPS = 24
-"""Gauss–Newton steps at most; where tips should move little, 3 to 5 do."""
+"""Steps at most; 6 to 12 do."""
 
-SETTLED = 1e-4
+SETTLED, SETTLED_DAMPED = 2e-3, 1e-4
 """rad, and shares of 0.1 m: a step as small as that is the last one before and after the halt at
-which what has been held back is added to the targets."""
+which what has been held back is added to the targets. Newton's next would be its square; damped
+steps only shrink by a share."""
 
-FLEX, ABDUCT = 6e-3, 1e-2
-"""m/rad: what bending a joint costs, as the miss of a fingertip that costs as much."""
+STRIDE = 0.3
+"""rad, and shares of 0.1 m: longer steps are shortened, since paths bend."""
 
 SHIFT = 0.05
 """What shifting the palm from its own warped place costs, per miss of a fingertip."""
 
 TURN = 2e-2
 """m/rad: what turning the palm costs."""
-
-LIMIT = 0.2
-"""m/rad: the spring beyond a limit."""
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def norm(x, y, z):
-    return math.sqrt(x * x + y * y + z * z)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -74,108 +68,96 @@ def solve_hand(
         misses: (5,) m, written; NaN where the weight is 0.
     """
     turns, joints = np.empty((7, 3, 3)), np.empty((4, 3))
-    moved_axes = np.empty((4, 3))
-    F, G, rest = np.empty((5, 3, 4)), np.empty((5, 4)), np.empty((5, 4))
-    residual, arm = np.empty((5, 3)), np.empty((5, 3))
-    held = np.zeros((5, 3))
-    C, W = np.empty((3, 3)), np.zeros((5, 3, 3))
-    P, PW = np.empty((3, 6)), np.empty((6, 3))
-    A, b = np.empty((6, 6)), np.empty(6)
+    moved_axes = np.empty((5, 4, 3))
+    F, P, arm = np.empty((5, 4, 3)), np.empty((5, 6, 3)), np.empty((5, 3))
+    reach, stiffness, pull = np.empty((5, 4)), np.empty((5, 4)), np.empty((5, 4))
+    miss, held, force = np.empty((5, 3)), np.zeros((5, 3)), np.zeros((5, 3))
+    H, halves, bend = np.empty((5, 4, 4)), np.empty((5, 7, 4)), np.zeros((5, 4))
+    A, b, springs = np.empty((6, 6)), np.empty(6), np.empty(6)
+    springs[:3], springs[3:] = SHIFT * SHIFT, TURN * TURN
     theta, work, increment = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
-    P[:] = 0.0
-    P[0, 0] = P[1, 1] = P[2, 2] = 1.0
 
-    largest, halts = math.inf, 0
+    settled, halts = False, 0
     for step in range(STEPS):
-        if largest < SETTLED and halts > 0:
+        if settled and halts > 0:
             break
-        halt = halts == 0 and (largest < SETTLED or step == STEPS // 2)
+        halt = halts == 0 and (settled or step == STEPS // 2)
         halts += int(halt)
-        A[:] = 0.0
-        for d in range(3):
-            A[d, d] = SHIFT * SHIFT
-            b[d] = SHIFT * SHIFT * (shift[d] - palm_shift[d])
-            A[3 + d, 3 + d] = TURN * TURN
-        multiply(palm_turn, turn.T, work)
-        rotation_vector(work, theta)
-        for d in range(3):
-            b[3 + d] = -TURN * TURN * theta[d]
         for i in range(5):
             if weight[i] <= 0.0:
                 continue
-            moved_axes[:] = axes[i]
-            place(chain, i, palm_turn, palm_shift, centre, q[i], turns, joints, moved_axes)
+            moved_axes[i] = axes[i]
+            place(chain, i, palm_turn, palm_shift, centre, q[i], turns, joints, moved_axes[i])
             for d in range(3):
-                residual[i, d] = target[i, d] - joints[3, d]
+                miss[i, d] = target[i, d] - joints[3, d]
                 if halt:
-                    held[i, d] = residual[i, d]
-                residual[i, d] += held[i, d]
+                    held[i, d] = miss[i, d]
+                miss[i, d] += held[i, d]
                 arm[i, d] = joints[3, d] - centre[d] - palm_shift[d]
-            # how far the tip's path bends away from its tangent, which Gauss–Newton does not know
-            miss = weight[i] * norm(residual[i, 0], residual[i, 1], residual[i, 2])
-            damping = miss * norm(arm[i, 0], arm[i, 1], arm[i, 2])
+            linearise(
+                joints,
+                moved_axes[i],
+                q[i],
+                bounds[i],
+                arm[i],
+                F[i],
+                P[i],
+                reach[i],
+                stiffness[i],
+                pull[i],
+            )
+        multiply(palm_turn, turn.T, work)
+        rotation_vector(work, theta)
+        for attempt in range(2):
+            curved = attempt == 0
+            definite = True
+            A[:] = 0.0
             for d in range(3):
-                A[3 + d, 3 + d] += damping
-            for n in range(4):
-                stiffness = ABDUCT * ABDUCT if n == 1 else FLEX * FLEX
-                pull = stiffness * q[i, n]
-                beyond = q[i, n] - min(max(q[i, n], bounds[i, n, 0]), bounds[i, n, 1])
-                if beyond != 0.0:
-                    stiffness += LIMIT * LIMIT
-                    pull += LIMIT * LIMIT * beyond
-                j = max(n - 1, 0)
-                x = joints[3, 0] - joints[j, 0]
-                y = joints[3, 1] - joints[j, 1]
-                z = joints[3, 2] - joints[j, 2]
-                stiffness += miss * norm(x, y, z)
-                G[i, n] = stiffness
-                rest[i, n] = pull / stiffness
-                F[i, 0, n] = moved_axes[n, 1] * z - moved_axes[n, 2] * y
-                F[i, 1, n] = moved_axes[n, 2] * x - moved_axes[n, 0] * z
-                F[i, 2, n] = moved_axes[n, 0] * y - moved_axes[n, 1] * x
-            for d in range(3):
-                for n in range(4):
-                    residual[i, d] += F[i, d, n] * rest[i, n]
-                for e in range(3):
-                    C[d, e] = 1.0 / weight[i] if d == e else 0.0
-                    for n in range(4):
-                        C[d, e] += F[i, d, n] * F[i, e, n] / G[i, n]
-            invert_symmetric(C, W[i])
-            P[0, 4], P[0, 5] = arm[i, 2], -arm[i, 1]
-            P[1, 3], P[1, 5] = -arm[i, 2], arm[i, 0]
-            P[2, 3], P[2, 4] = arm[i, 1], -arm[i, 0]
-            for m in range(6):
-                for d in range(3):
-                    PW[m, d] = P[0, m] * W[i, 0, d] + P[1, m] * W[i, 1, d] + P[2, m] * W[i, 2, d]
-                for n in range(m + 1):
-                    A[m, n] += PW[m, 0] * P[0, n] + PW[m, 1] * P[1, n] + PW[m, 2] * P[2, n]
-                for d in range(3):
-                    b[m] += PW[m, d] * residual[i, d]
-        solve_definite(A, b)
+                A[d, d], A[3 + d, 3 + d] = springs[d], springs[3 + d]
+                b[d] = springs[d] * (shift[d] - palm_shift[d])
+                b[3 + d] = -springs[3 + d] * theta[d]
+            for i in range(5):
+                if weight[i] > 0.0 and definite:
+                    definite = eliminate(
+                        weight[i],
+                        curved,
+                        moved_axes[i],
+                        force[i],
+                        miss[i],
+                        arm[i],
+                        F[i],
+                        P[i],
+                        reach[i],
+                        stiffness[i],
+                        pull[i],
+                        H[i],
+                        halves[i],
+                        A,
+                        b,
+                    )
+            if definite and factor(A, springs):
+                break
+        half_solve(A, b)
+        other_half(A, b)
         largest = 0.0
         for d in range(3):
             largest = max(largest, 10.0 * abs(b[d]), abs(b[3 + d]))
         for i in range(5):
-            if weight[i] <= 0.0:
-                continue
-            # what the palm's step leaves to the finger
-            residual[i, 0] -= b[0] + arm[i, 2] * b[4] - arm[i, 1] * b[5]
-            residual[i, 1] -= b[1] - arm[i, 2] * b[3] + arm[i, 0] * b[5]
-            residual[i, 2] -= b[2] + arm[i, 1] * b[3] - arm[i, 0] * b[4]
+            if weight[i] > 0.0:
+                follow(weight[i], b, miss[i], F[i], P[i], H[i], halves[i], bend[i], force[i])
+                for n in range(4):
+                    largest = max(largest, abs(bend[i, n]))
+        share = STRIDE / largest if largest > STRIDE else 1.0
+        for i in range(5):
             for n in range(4):
-                bend = -rest[i, n]
-                for d in range(3):
-                    force = 0.0
-                    for e in range(3):
-                        force += W[i, d, e] * residual[i, e]
-                    bend += F[i, d, n] * force / G[i, n]
-                q[i, n] += bend
-                largest = max(largest, abs(bend))
+                q[i, n] += share * bend[i, n]
         for d in range(3):
-            palm_shift[d] += b[d]
+            palm_shift[d] += share * b[d]
+            b[3 + d] *= share
         turn_by(b[3:], increment)
         work[:] = palm_turn
         multiply(increment, work, palm_turn)
+        settled = largest < (SETTLED if curved else SETTLED_DAMPED)
 
     for i in range(5):
         misses[i] = math.nan
@@ -184,8 +166,8 @@ def solve_hand(
             continue
         for n in range(4):
             q[i, n] = min(max(q[i, n], bounds[i, n, 0]), bounds[i, n, 1])
-        moved_axes[:] = axes[i]
-        place(chain, i, palm_turn, palm_shift, centre, q[i], turns, joints, moved_axes)
+        moved_axes[i] = axes[i]
+        place(chain, i, palm_turn, palm_shift, centre, q[i], turns, joints, moved_axes[i])
         total = 0.0
         for d in range(3):
             total += (target[i, d] - joints[3, d]) ** 2

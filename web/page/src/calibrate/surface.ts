@@ -10,6 +10,14 @@ export class SurfaceFoot {
   /** Unit gradient of the signed distance. */
   readonly gradient = new Vector3();
   face = 0;
+
+  copy(other: SurfaceFoot): this {
+    this.distance = other.distance;
+    this.point.copy(other.point);
+    this.gradient.copy(other.gradient);
+    this.face = other.face;
+    return this;
+  }
 }
 
 /** A prop's surface for nearest-point queries: triangles in the prop frame, metres. */
@@ -57,8 +65,11 @@ export class ContactSurface {
   }
 
   /** The nearest point of the surface to `point`, prop frame; `foot` is filled and returned. */
-  nearest(point: Vector3, foot: SurfaceFoot): SurfaceFoot {
-    this.bvh.closestPointToPoint(point, this.hit);
+  nearest(point: Vector3, foot: SurfaceFoot): SurfaceFoot;
+  /** The same, with a bound to its distance, m, which spares most of the search; null if it does not hold. */
+  nearest(point: Vector3, foot: SurfaceFoot, within: number): SurfaceFoot | null;
+  nearest(point: Vector3, foot: SurfaceFoot, within = Number.POSITIVE_INFINITY) {
+    if (!this.bvh.closestPointToPoint(point, this.hit, 0, within)) return null;
     foot.face = this.hit.faceIndex;
     foot.point.copy(this.hit.point);
     this.smoothNormal(foot.face, foot.point, this.normal);

@@ -2,7 +2,7 @@ import { Box3, Matrix4, Plane, Quaternion, type Ray, Raycaster, Vector3 } from "
 import type { Warp } from "touchwarp";
 import { DisplayedHand } from "../world/displayed_hand.js";
 import { HandPicture } from "../world/hand_picture.js";
-import { NearestOfAll } from "../world/nearest.js";
+import { FollowedPoints, PlacedSurfaces } from "../world/nearest.js";
 import { pointingPoses, pointingRadii } from "../world/pointing_hand.js";
 import { FELT, SEEN, showIn, TOGETHER } from "./layers.js";
 import type { PropObject } from "./objects.js";
@@ -36,7 +36,7 @@ export class Probe {
 
   readonly realPoses = pointingPoses();
   readonly radii = pointingRadii;
-  #hand = new DisplayedHand(new NearestOfAll([]), 0);
+  #hand = new DisplayedHand(new PlacedSurfaces([]), 0);
   #props: readonly PropObject[] = [];
   #tables: readonly Plane[] = [];
   #local = pointingPoses();
@@ -78,7 +78,7 @@ export class Probe {
   furnish(props: readonly PropObject[], tables: readonly Plane[]): void {
     this.#props = props;
     this.#tables = tables;
-    this.#hand = new DisplayedHand(new NearestOfAll(props.map((prop) => prop.contact)), 0);
+    this.#hand = new DisplayedHand(new PlacedSurfaces(props.map((prop) => prop.contact)), 0);
   }
 
   /** Follow the mouse: the fingertip touches what is under it, or stays at its depth in the air. */
@@ -190,10 +190,9 @@ export class Probe {
 
   /** The prop's own normal at a place that was found from the virtual side. */
   #normalOfProp(place: Vector3, otherwise: Vector3): Vector3 {
-    const [nearest, normal] = [new Float64Array(3), new Float64Array(3)];
-    this.#hand.surface.nearest(Float64Array.from(place.toArray()), nearest, normal);
-    const found = new Vector3().fromArray(normal);
-    return found.dot(otherwise) < 0 ? otherwise : found;
+    const surfaces = this.#props.map((prop) => prop.contact);
+    const { gradient } = new FollowedPoints(surfaces, 1).find(0, place);
+    return gradient.dot(otherwise) < 0 ? otherwise : gradient;
   }
 
   #hit(ray: Ray, seen: boolean): Hit | null {

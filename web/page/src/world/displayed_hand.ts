@@ -1,4 +1,5 @@
-import { HandRetargeter, type NearestSurface, type Warp } from "touchwarp";
+import { HandRetargeter, type Warp } from "touchwarp";
+import { FollowedRows, type PlacedSurfaces } from "./nearest.js";
 
 const JOINTS = 25;
 /** Fingertips in WebXR's order of joints, thumb first. */
@@ -7,6 +8,8 @@ export const TIPS = [4, 9, 14, 19, 24] as const;
 /** From here on, m, a fingertip that comes near counts more, up to this many times when it touches. */
 const NEAR = 0.03;
 const FIRST = 100;
+/** Farther than this, m, from a prop a fingertip's centre is displayed for itself: with any radius. */
+const RANGE = 0.06;
 const USUAL_RADIUS = 0.008;
 
 /**
@@ -21,20 +24,25 @@ export class DisplayedHand {
   readonly gaps = new Float64Array(5).fill(Number.NaN);
   /** (5, 3) the way out of the prop there. */
   readonly normals = new Float64Array(15);
+  readonly #surface: FollowedRows;
   readonly #weights = new Float64Array(5).fill(1); // read by the retargeter at each frame
   readonly #retargeter: HandRetargeter;
   readonly #tips = new Float64Array(15);
   readonly #nearest = new Float64Array(15);
 
   /** @param onset s from no displacement to all of it. */
-  constructor(
-    readonly surface: NearestSurface,
-    onset?: number,
-  ) {
+  constructor(placed: PlacedSurfaces, onset?: number) {
+    this.#surface = new FollowedRows(placed, 5, RANGE);
     const eased = onset === undefined ? {} : { onset };
     this.#retargeter = new HandRetargeter({
       contact: "skin",
-      surface: { nearest: (points, nearest, normals) => this.#find(points, nearest, normals) },
+      surface: {
+        // it asks of the fingertips what has just been looked up to weigh them
+        nearest: (_, nearest, normals) => {
+          nearest.set(this.#nearest);
+          normals.set(this.normals);
+        },
+      },
       weights: this.#weights,
       ...eased,
     });
@@ -76,7 +84,7 @@ export class DisplayedHand {
     for (let finger = 0; finger < 5; finger++) {
       for (let d = 0; d < 3; d++) tips[3 * finger + d] = poses[16 * TIPS[finger]! + 12 + d]!;
     }
-    this.surface.nearest(tips, nearest, normals);
+    this.#surface.nearest(tips, nearest, normals);
     for (let finger = 0; finger < 5; finger++) {
       let square = 0;
       let side = 0;
@@ -92,17 +100,5 @@ export class DisplayedHand {
       this.gaps[finger] = gap;
       this.#weights[finger] = 1 + (FIRST - 1) * nearness ** 2;
     }
-  }
-
-  /** What the retargeter asks of the fingertips has just been looked up. */
-  #find(points: Float64Array, nearest: Float64Array, normals: Float64Array): void {
-    for (let n = 0; n < points.length; n++) {
-      if (points[n] !== this.#tips[n] && !Number.isNaN(points[n]!)) {
-        this.surface.nearest(points, nearest, normals);
-        return;
-      }
-    }
-    nearest.set(this.#nearest);
-    normals.set(this.normals);
   }
 }

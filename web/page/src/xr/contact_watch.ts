@@ -51,10 +51,12 @@ export class ContactWatch {
       if (Math.abs(nearness) < ON_SURFACE) touching |= 1 << finger;
       shown.fromArray(displayed.poses, 16 * joint + 12);
       // farther away nobody asks for the gap, and looking it up takes its time
-      const gap = Math.abs(nearness) <= TOUCHED ? placed.seen(shown, outward) - radius : Number.NaN;
+      const near = Math.abs(nearness) <= TOUCHED;
+      const tip = 5 * input.side + finger;
+      const gap = near ? placed.seen(tip, shown, outward) - radius : Number.NaN;
       input.joint(joint, real);
       skin.copy(real).addScaledVector(normal.fromArray(normals, 3 * finger), -radius);
-      const detector = this.#detectors[5 * input.side + finger]!;
+      const detector = this.#detectors[tip]!;
       const stop = detector.update(time, skin, nearness, gap, leads);
       if (!warp || !displayed.mayClaimContact) continue;
       const told = this.#outside !== null && leads && touching & (1 << finger);

@@ -10,7 +10,7 @@ import {
 import { ContactSurface, SurfaceFoot } from "../calibrate/surface.js";
 import { goalAt, type SurfaceGoal } from "../calibrate/symmetry.js";
 import type { PropState } from "../live/messages.js";
-import { NearestOfAll } from "../world/nearest.js";
+import { FollowedPoints, PlacedSurfaces } from "../world/nearest.js";
 import { fetchSurface, geometryOf } from "../world/surface.js";
 
 /** A prop in the headset: its surface to calibrate by, its ghost and its virtual object. */
@@ -73,12 +73,17 @@ export interface Felt {
 }
 
 /** All props where they stand in the room, for lookups of nearest places. */
-export class PlacedProps extends NearestOfAll {
+export class PlacedProps extends PlacedSurfaces {
   private readonly foot = new SurfaceFoot();
   private readonly place = new Vector3();
+  private readonly displayed: FollowedPoints;
 
   constructor(readonly props: readonly PropModel[]) {
     super(props.map(({ surface }) => surface));
+    this.displayed = new FollowedPoints(
+      props.map(({ virtualSurface }) => virtualSurface),
+      10,
+    );
   }
 
   /** The nearest place of any prop to a point of the room. */
@@ -98,17 +103,10 @@ export class PlacedProps extends NearestOfAll {
     };
   }
 
-  /** Signed distance of a point of the room from the nearest virtual surface, and the way out. */
-  seen(point: Vector3, outward: Vector3): number {
-    this.pose.toProp(point, this.place);
-    let least = Number.POSITIVE_INFINITY;
-    for (const { virtualSurface } of this.props) {
-      const { distance, gradient } = virtualSurface.nearest(this.place, this.foot);
-      if (Math.abs(distance) < Math.abs(least)) {
-        least = distance;
-        outward.copy(gradient).applyQuaternion(this.pose.turn);
-      }
-    }
-    return least;
+  /** Signed distance of a displayed fingertip, one of ten, from the nearest virtual surface, and the way out. */
+  seen(finger: number, tip: Vector3, outward: Vector3): number {
+    const { distance, gradient } = this.displayed.find(finger, this.pose.toProp(tip, this.place));
+    outward.copy(gradient).applyQuaternion(this.pose.turn);
+    return distance;
   }
 }

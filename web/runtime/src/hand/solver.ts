@@ -7,15 +7,16 @@
  *     Σ_i w_i |tip_i − target_i|² + |S q|² + s_t² |t − t₀|² + s_r² |θ − θ₀|²,
  *
  * with angles beyond their limits held back by a stiff spring and cut off in the end. Steps are
- * Gauss–Newton's: finger i gives way by its compliance C_i = I / w_i + F_i G⁻¹ F_iᵀ (3 × 3; F_i the
- * motion of its tip by its angles, G their stiffness), which leaves six equations for the palm.
- * Once settled, what the stiffness has held back is added to the targets (iterated Tikhonov) and the
- * steps go on, so that tips which can be reached are, and ones which cannot make no joint swing.
+ * Newton's, with each finger's angles eliminated (`FingerStep`), which leaves six equations for the
+ * palm. Once settled, what the stiffness has held back is added to the targets (iterated Tikhonov)
+ * and the steps go on, so that tips which can be reached are, and ones which cannot make no joint
+ * swing.
  *
  * There is no memory of the last frame. The Python library is the reference: docs/hands.md.
  */
 
-import { solveSymmetric } from "../inverse.js";
+import { factor, halfSolve, otherHalf } from "./definite.js";
+import { bounded, FingerStep } from "./finger_step.js";
 import {
   multiply,
   multiplyTransposed,
@@ -25,21 +26,21 @@ import {
   turnBy,
 } from "./rotation.js";
 
-/** Gauss–Newton steps at most; where tips should move little, 3 to 5 do. */
+/** Steps at most; 6 to 12 do. */
 const STEPS = 24;
 /**
  * rad, and shares of 0.1 m: a step as small as that is the last one before and after the halt at
- * which what has been held back is added to the targets.
+ * which what has been held back is added to the targets. Newton's next would be its square.
  */
-const SETTLED = 1e-4;
-/** (m/rad)²: what bending and spreading a joint cost, per squared miss of a fingertip. */
-const FLEX = 6e-3 ** 2;
-const ABDUCT = 1e-2 ** 2;
+const SETTLED = 2e-3;
+/** The same for steps that were damped, which only shrink by a share. */
+const SETTLED_DAMPED = 1e-4;
+/** rad, and shares of 0.1 m: longer steps are shortened, since paths bend. */
+const STRIDE = 0.3;
 /** What shifting the palm from its own warped place costs, and (m/rad)² turning it. */
 const SHIFT = 0.05 ** 2;
 const TURN = 2e-2 ** 2;
-/** (m/rad)²: the spring beyond a limit. */
-const LIMIT = 0.2 ** 2;
+const SPRINGS = Float64Array.of(SHIFT, SHIFT, SHIFT, TURN, TURN, TURN);
 
 /** One hand's problem and its solution, in arrays that are used again. */
 export class HandSolver {
@@ -74,20 +75,13 @@ export class HandSolver {
   private readonly other = new Float64Array(9);
   private readonly between = new Float64Array(9);
 
-  private readonly F = new Float64Array(60);
-  private readonly G = new Float64Array(20);
-  private readonly rest = new Float64Array(20);
-  private readonly residual = new Float64Array(15);
+  /** (5, 4, 3) axes as displayed now. */
+  private readonly turned = new Float64Array(60);
+  private readonly fingers = Array.from({ length: 5 }, () => new FingerStep());
   private readonly held = new Float64Array(15);
-  private readonly arm = new Float64Array(15);
-  private readonly W = new Float64Array(45);
-  private readonly C = new Float64Array(9);
-  private readonly P = Float64Array.of(1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0);
   private readonly A = new Float64Array(36);
   private readonly b = new Float64Array(6);
   private readonly theta = new Float64Array(3);
-  /** The greatest part of the last step. */
-  private largest = 0;
 
   /** The displayed hand, from the tracked one. */
   solve(): void {
@@ -96,37 +90,23 @@ export class HandSolver {
     held.fill(0);
     palmShift.set(this.shift);
     palmTurn.set(this.turn);
-    this.largest = Number.POSITIVE_INFINITY;
+    for (const finger of this.fingers) {
+      finger.force.fill(0);
+    }
+    let settled = false;
     let halts = 0;
     for (let step = 0; step < STEPS; step++) {
-      const settled = this.largest < SETTLED;
       if (settled && halts > 0) {
         break;
       }
       const halt = halts === 0 && (settled || step === STEPS / 2);
       halts += halt ? 1 : 0;
-      this.beginPalm();
-      for (let i = 0; i < 5; i++) {
-        if (this.weight[i]! > 0) {
-          this.linearise(i, halt);
-          this.addToPalm(i);
-        }
+      this.linearise(halt);
+      const curved = this.eliminate(true);
+      if (!curved) {
+        this.eliminate(false);
       }
-      solveSymmetric(this.A, this.b, 6);
-      this.largest = 0;
-      for (let i = 0; i < 5; i++) {
-        if (this.weight[i]! > 0) {
-          this.bend(i);
-        }
-      }
-      const { b, one, other } = this;
-      for (let d = 0; d < 3; d++) {
-        palmShift[d] = palmShift[d]! + b[d]!;
-        this.largest = Math.max(this.largest, 10 * Math.abs(b[d]!), Math.abs(b[3 + d]!));
-      }
-      turnBy(b[3]!, b[4]!, b[5]!, one);
-      multiply(one, palmTurn, other);
-      palmTurn.set(other);
+      settled = this.move() < (curved ? SETTLED : SETTLED_DAMPED);
     }
     for (let i = 0; i < 5; i++) {
       this.finish(i);
@@ -169,8 +149,32 @@ export class HandSolver {
     rotate(turns[1], axes, at + 9, moved, 9);
   }
 
-  /** The palm's own terms of its six equations. */
-  private beginPalm(): void {
+  /** Each finger where it is now; at the halt what it misses is added to its target. */
+  private linearise(halt: boolean): void {
+    const { joints, moved, held, target } = this;
+    for (let i = 0; i < 5; i++) {
+      if (!(this.weight[i]! > 0)) {
+        continue;
+      }
+      this.place(i);
+      const { miss, arm } = this.fingers[i]!;
+      for (let d = 0; d < 3; d++) {
+        const left = target[3 * i + d]! - joints[9 + d]!;
+        if (halt) {
+          held[3 * i + d] = left;
+        }
+        miss[d] = left + held[3 * i + d]!;
+        arm[d] = joints[9 + d]! - this.centre[d]! - this.palmShift[d]!;
+      }
+      this.fingers[i]!.linearise(joints, moved, this.q, this.bounds, 4 * i);
+      for (let n = 0; n < 12; n++) {
+        this.turned[12 * i + n] = moved[n]!;
+      }
+    }
+  }
+
+  /** The palm's step, into b; false where it is none, for the paths of fingers bend too much. */
+  private eliminate(curved: boolean): boolean {
     const { A, b, theta } = this;
     A.fill(0);
     multiplyTransposed(this.palmTurn, this.turn, this.one);
@@ -181,111 +185,49 @@ export class HandSolver {
       b[d] = SHIFT * (this.shift[d]! - this.palmShift[d]!);
       b[3 + d] = -TURN * theta[d]!;
     }
+    for (let i = 0; i < 5; i++) {
+      const weight = this.weight[i]!;
+      if (weight > 0 && !this.fingers[i]!.eliminate(weight, this.turned, 12 * i, curved, A, b)) {
+        return false;
+      }
+    }
+    if (!factor(A, 6, SPRINGS)) {
+      return false;
+    }
+    halfSolve(A, 6, b);
+    otherHalf(A, 6, b);
+    return true;
   }
 
-  /** A finger's slopes F, stiffness G, rest, residual and the inverse W of its compliance. */
-  private linearise(i: number, hold: boolean): void {
-    const { q, joints, moved, F, G, rest, residual, held, arm, C } = this;
-    this.place(i);
+  /** Take the step; returns its greatest part before it was shortened. */
+  private move(): number {
+    const { b, q, palmShift, palmTurn, one, other } = this;
+    let largest = 0;
     for (let d = 0; d < 3; d++) {
-      const miss = this.target[3 * i + d]! - joints[9 + d]!;
-      if (hold) {
-        held[3 * i + d] = miss;
-      }
-      residual[3 * i + d] = miss + held[3 * i + d]!;
-      arm[3 * i + d] = joints[9 + d]! - this.centre[d]! - this.palmShift[d]!;
+      largest = Math.max(largest, 10 * Math.abs(b[d]!), Math.abs(b[3 + d]!));
     }
-    // how far the tip's path bends away from its tangent, which Gauss–Newton does not know
-    const miss =
-      this.weight[i]! * norm(residual[3 * i]!, residual[3 * i + 1]!, residual[3 * i + 2]!);
-    const damping = miss * norm(arm[3 * i]!, arm[3 * i + 1]!, arm[3 * i + 2]!);
-    for (let d = 3; d < 6; d++) {
-      this.A[7 * d] = this.A[7 * d]! + damping;
-    }
-    for (let n = 0; n < 4; n++) {
-      const angle = q[4 * i + n]!;
-      let stiffness = n === 1 ? ABDUCT : FLEX;
-      let pull = stiffness * angle;
-      const beyond = angle - this.bounded(i, n);
-      if (beyond !== 0) {
-        stiffness += LIMIT;
-        pull += LIMIT * beyond;
-      }
-      const j = 3 * Math.max(n - 1, 0);
-      const x = joints[9]! - joints[j]!;
-      const y = joints[10]! - joints[j + 1]!;
-      const z = joints[11]! - joints[j + 2]!;
-      stiffness += miss * norm(x, y, z);
-      G[4 * i + n] = stiffness;
-      rest[4 * i + n] = pull / stiffness;
-      const a0 = moved[3 * n]!;
-      const a1 = moved[3 * n + 1]!;
-      const a2 = moved[3 * n + 2]!;
-      F[12 * i + n] = a1 * z - a2 * y;
-      F[12 * i + 4 + n] = a2 * x - a0 * z;
-      F[12 * i + 8 + n] = a0 * y - a1 * x;
-    }
-    for (let d = 0; d < 3; d++) {
-      for (let n = 0; n < 4; n++) {
-        residual[3 * i + d] = residual[3 * i + d]! + F[12 * i + 4 * d + n]! * rest[4 * i + n]!;
-      }
-      for (let e = 0; e <= d; e++) {
-        let sum = d === e ? 1 / this.weight[i]! : 0;
+    for (let i = 0; i < 5; i++) {
+      if (this.weight[i]! > 0) {
+        const finger = this.fingers[i]!;
+        finger.follow(this.weight[i]!, b);
         for (let n = 0; n < 4; n++) {
-          sum += (F[12 * i + 4 * d + n]! * F[12 * i + 4 * e + n]!) / G[4 * i + n]!;
+          largest = Math.max(largest, Math.abs(finger.bend[n]!));
         }
-        C[3 * d + e] = sum;
-        C[3 * e + d] = sum;
       }
     }
-    invertSymmetric(C, this.W, 9 * i);
-  }
-
-  private addToPalm(i: number): void {
-    const { arm, P, W, A, b, residual } = this;
-    const x = arm[3 * i]!;
-    const y = arm[3 * i + 1]!;
-    const z = arm[3 * i + 2]!;
-    P[4] = z;
-    P[5] = -y;
-    P[9] = -z;
-    P[11] = x;
-    P[15] = y;
-    P[16] = -x;
-    const w = 9 * i;
-    for (let m = 0; m < 6; m++) {
-      const p0 = P[m]!;
-      const p1 = P[6 + m]!;
-      const p2 = P[12 + m]!;
-      const v0 = p0 * W[w]! + p1 * W[w + 3]! + p2 * W[w + 6]!;
-      const v1 = p0 * W[w + 1]! + p1 * W[w + 4]! + p2 * W[w + 7]!;
-      const v2 = p0 * W[w + 2]! + p1 * W[w + 5]! + p2 * W[w + 8]!;
-      for (let n = 0; n <= m; n++) {
-        A[6 * m + n] = A[6 * m + n]! + v0 * P[n]! + v1 * P[6 + n]! + v2 * P[12 + n]!;
+    const share = largest > STRIDE ? STRIDE / largest : 1;
+    for (let i = 0; i < 5; i++) {
+      for (let n = 0; n < 4 && this.weight[i]! > 0; n++) {
+        q[4 * i + n] = q[4 * i + n]! + share * this.fingers[i]!.bend[n]!;
       }
-      b[m] = b[m]! + v0 * residual[3 * i]! + v1 * residual[3 * i + 1]! + v2 * residual[3 * i + 2]!;
     }
-  }
-
-  /** What the palm's step leaves to a finger. */
-  private bend(i: number): void {
-    const { arm, b, residual, W, F, G, q, rest } = this;
-    const x = arm[3 * i]!;
-    const y = arm[3 * i + 1]!;
-    const z = arm[3 * i + 2]!;
-    const r0 = residual[3 * i]! - (b[0]! + z * b[4]! - y * b[5]!);
-    const r1 = residual[3 * i + 1]! - (b[1]! - z * b[3]! + x * b[5]!);
-    const r2 = residual[3 * i + 2]! - (b[2]! + y * b[3]! - x * b[4]!);
-    const w = 9 * i;
-    const f0 = W[w]! * r0 + W[w + 1]! * r1 + W[w + 2]! * r2;
-    const f1 = W[w + 3]! * r0 + W[w + 4]! * r1 + W[w + 5]! * r2;
-    const f2 = W[w + 6]! * r0 + W[w + 7]! * r1 + W[w + 8]! * r2;
-    for (let n = 0; n < 4; n++) {
-      const force = F[12 * i + n]! * f0 + F[12 * i + 4 + n]! * f1 + F[12 * i + 8 + n]! * f2;
-      const bend = force / G[4 * i + n]! - rest[4 * i + n]!;
-      q[4 * i + n] = q[4 * i + n]! + bend;
-      this.largest = Math.max(this.largest, Math.abs(bend));
+    for (let d = 0; d < 3; d++) {
+      palmShift[d] = palmShift[d]! + share * b[d]!;
     }
+    turnBy(share * b[3]!, share * b[4]!, share * b[5]!, one);
+    multiply(one, palmTurn, other);
+    palmTurn.set(other);
+    return largest;
   }
 
   private finish(i: number): void {
@@ -296,7 +238,7 @@ export class HandSolver {
       return;
     }
     for (let n = 0; n < 4; n++) {
-      q[4 * i + n] = this.bounded(i, n);
+      q[4 * i + n] = bounded(q, this.bounds, 4 * i + n);
     }
     this.place(i);
     this.misses[i] = Math.hypot(
@@ -305,36 +247,4 @@ export class HandSolver {
       target[3 * i + 2]! - joints[11]!,
     );
   }
-
-  private bounded(i: number, n: number): number {
-    const at = 8 * i + 2 * n;
-    return Math.min(Math.max(this.q[4 * i + n]!, this.bounds[at]!), this.bounds[at + 1]!);
-  }
-}
-
-function norm(x: number, y: number, z: number): number {
-  return Math.sqrt(x * x + y * y + z * z);
-}
-
-/** out[at…] = M⁻¹ of a positive definite 3 × 3 matrix. */
-function invertSymmetric(M: Float64Array, out: Float64Array, at: number): void {
-  const a = M[0]!;
-  const b = M[1]!;
-  const c = M[2]!;
-  const d = M[4]!;
-  const e = M[5]!;
-  const f = M[8]!;
-  const A = d * f - e * e;
-  const B = c * e - b * f;
-  const C = b * e - c * d;
-  const scale = 1 / (a * A + b * B + c * C);
-  out[at] = A * scale;
-  out[at + 1] = B * scale;
-  out[at + 2] = C * scale;
-  out[at + 3] = B * scale;
-  out[at + 4] = (a * f - c * c) * scale;
-  out[at + 5] = (b * c - a * e) * scale;
-  out[at + 6] = C * scale;
-  out[at + 7] = (b * c - a * e) * scale;
-  out[at + 8] = (a * d - b * b) * scale;
 }
