@@ -16,10 +16,11 @@ from touchwarp.solve.ghosts import extended_inwards
 from touchwarp.solve.interface import hanging_values
 from touchwarp.solve.level import OFFSETS
 from touchwarp.solve.marking import SAFETY, Marker
-from touchwarp.solve.multigrid import SWEEPS, Lanes, Multigrid, Stage
+from touchwarp.solve.multigrid import SWEEPS, Multigrid, Stage
 from touchwarp.solve.problem import Problem
 from touchwarp.solve.refine import octant_coordinates, surrounded, unique_rows, widened
 from touchwarp.solve.region import Region, agree, flood_level
+from touchwarp.solve.settling import SETTLED, settle
 from touchwarp.solve.solution import Solution
 from touchwarp.solve.stencil import LANES
 from touchwarp.solve.tube import Tube
@@ -46,28 +47,19 @@ STEPS_BACK = 2
 """A demand rebuilds levels from this many above its cells, so that they can make room for finer
 ones; a second one from twice as many, and so on."""
 
+FEW = 0.1
+"""No round is made for points that are fewer than this share of those where cells are capped."""
+
 HELPED = 0.9
 """Finer cells near edges have helped if the error outside the tube is below this share of the one
 before."""
-
-MOST_CYCLES = 30
-
-SETTLED = 0.01
-"""Cycling ends when further cycles would change u by less than this share of the tolerance, by what
-the last one changed and how much less that was than the one before, …"""
-
-FIRST_RATE = 0.1
-"""… for which this stands in the first cycle; multigrid's is a third of it …"""
-
-ROUNDING = 4e-6
-"""… or when the last has changed u by less than this share of the greatest |u|: float32's noise."""
 
 
 class AdaptiveSolver:
     """A problem, its grid, and u on it; the grid is kept when only the data change.
 
     Attributes:
-        settled: see `SETTLED`; what shall be summed from several solutions asks for less.
+        settled: see `settling.SETTLED`; what shall be summed from several solutions asks for less.
     """
 
     def __init__(
@@ -97,9 +89,9 @@ class AdaptiveSolver:
         self.regions: list[Region] = []
         self.residuals: list[float] = []
         self.changes: list[float] = []
-        self.marker = Marker(
-            problem, tolerance, self._depth_of(edge_radius / MOST_CELLS_ACROSS_TUBE)
-        )
+        self._least_spacing = edge_radius / MOST_CELLS_ACROSS_TUBE
+        self.marker = Marker(problem, tolerance, self._depth_of(self._least_spacing))
+        self._data = np.empty((0, LANES))
         self._lane_scale = np.ones(LANES, np.float32)
         self._yielding: list[Yielding] = []
         self._needed = [stage.level.has_cells for stage in self.multigrid.stages]
@@ -107,6 +99,7 @@ class AdaptiveSolver:
         self._steps_back = STEPS_BACK
         self._depth_at_edges = self._depth_of(edge_radius / CELLS_ACROSS_TUBE)
         self._errors: list[NDArray[np.float32]] = []
+        self._missed = np.inf
         corners = problem.frame.to_scene(problem.boundary.corners)
         edges = sharp_edges(corners, problem.boundary.faces)
         self.tube = Tube(points_along(corners, edges, 0.25 * max(edge_radius, 1e-4)), edge_radius)
@@ -117,9 +110,10 @@ class AdaptiveSolver:
         normal_lanes: NDArray[np.bool_],
         lane_scale: NDArray[np.float32],
     ) -> None:
-        """Grow a grid for boundary data (v, 4) until the tolerance should be met.
+        """Grow a grid for boundary data (v, 4) until the tolerance should be met, edges apart.
 
-        A second call, for the same data, keeps the levels that no `demand` since then changes.
+        A second call, for the same data, follows `sharpen` or `demand`, and keeps the levels that
+        these do not change.
 
         Args:
             data: boundary data at the corners.
@@ -129,38 +123,41 @@ class AdaptiveSolver:
         Raises:
             SolveError: memory would not suffice, or no convergence.
         """
-        self._lane_scale = lane_scale
+        self._data, self._lane_scale = data, lane_scale
         grid = self.multigrid
-        grid.drop_from(self._kept)
-        for levels in (self.regions, self._yielding, self._needed, self._errors):
-            del levels[self._kept :]
         grid.floor_zero = normal_lanes
-        if self.regions:
-            grid.cycle()
-        else:
+        self._errors = []
+        if not self.regions:
             for i in range(len(grid.stages)):
                 self._start(i, data)
-        deepest = self._depth_of(self.edge_radius / MOST_CELLS_ACROSS_TUBE)
-        missed = np.inf
-        while True:
-            bricks = self._next_bricks(data, lane_scale, self._depth_at_edges)
-            if len(bricks):
-                self._check_memory(len(bricks))
-                self._add_level(bricks, bricks, data)
-                self._tell(f"{self.nodes:,} nodes", self._share_done())
-                continue
-            finest = grid.stages[-1].level.depth
-            if not self._depth_at_edges <= finest < deepest:
-                break
-            agree(grid.stages, self.regions, self.problem.boundary.owner)
-            self._find_thin_parts()
-            before, missed = missed, self._error_outside_tube()
-            if missed < SAFETY * self.tolerance or missed > HELPED * before:
-                break
-            self._depth_at_edges = finest + 1
+        elif self._kept < len(grid.stages):
+            grid.drop_from(self._kept)
+            for levels in (self.regions, self._yielding, self._needed):
+                del levels[self._kept :]
+            grid.cycle()
+        while len(bricks := self._next_bricks(data, lane_scale, self._depth_at_edges)):
+            self._check_memory(len(bricks))
+            self._add_level(bricks, bricks, data)
+            self._tell(f"{self.nodes:,} nodes", self._share_done())
         agree(grid.stages, self.regions, self.problem.boundary.owner)
         self._find_thin_parts()
         self.settle()
+
+    def sharpen(self) -> bool:
+        """Make the next `build` finer near edges, by a level; whether that may be, and may help.
+
+        It may where the discretisation error outside the tube is large, and falls by it.
+        """
+        stages = self.multigrid.stages
+        finest = stages[-1].level.depth
+        if not self._depth_at_edges <= finest < self._depth_of(self._least_spacing):
+            return False
+        before, self._missed = self._missed, self._error_outside_tube()
+        if self._missed < SAFETY * self.tolerance or self._missed > HELPED * before:
+            return False
+        self._depth_at_edges = finest + 1
+        self._kept = len(stages)
+        return True
 
     def solve(self, data: NDArray[np.float64], normal_lanes: NDArray[np.bool_]) -> None:
         """Solve for other boundary data (v, 4) on the grid as it is, from the last solution.
@@ -168,22 +165,30 @@ class AdaptiveSolver:
         Raises:
             SolveError: no convergence.
         """
-        self.multigrid.floor_zero = normal_lanes
-        for i in range(len(self.multigrid.stages)):
-            self.multigrid.set_stage_goal(i, data, self._yielding[i])
+        self._missed = np.inf
+        known = np.array_equal(data, self._data)
+        if not (known and np.array_equal(normal_lanes, self.multigrid.floor_zero)):
+            self._data = data
+            self.multigrid.floor_zero = normal_lanes
+            for i in range(len(self.multigrid.stages)):
+                self.multigrid.set_stage_goal(i, data, self._yielding[i])
         self.settle()
 
     def demand(self, points: NDArray[np.float64], depths: NDArray[np.int64]) -> bool:
         """Make the next `build` refine cells of levels `depths` (k,) at root-grid points (k, 3).
 
-        Levels finer than the least cell size at edges are left; whether any is asked for.
+        Levels finer than the least cell size at edges are left. Whether any other is asked for, and
+        such cells are more than a few beside those that are left: the tolerance is missed there.
         """
-        can = depths < self._depth_of(self.edge_radius / MOST_CELLS_ACROSS_TUBE)
+        can = depths < self._depth_of(self._least_spacing)
+        self.marker.capped |= not can.all()
+        if np.count_nonzero(can) <= FEW * np.count_nonzero(~can):
+            return False
         self.marker.demand(points[can], depths[can])
-        if can.any():
-            self._kept = self.multigrid.root + 1 + max(0, int(depths[can].min()) - self._steps_back)
-            self._steps_back *= 2
-        return bool(can.any())
+        self._missed = np.inf
+        self._kept = self.multigrid.root + 1 + max(0, int(depths[can].min()) - self._steps_back)
+        self._steps_back *= 2
+        return True
 
     def settle(self) -> None:
         """Cycle until u no longer changes, and estimate its error.
@@ -191,32 +196,10 @@ class AdaptiveSolver:
         Raises:
             SolveError: it keeps changing.
         """
-        finest = self.multigrid.stages[-1]
-        last = len(self.multigrid.stages) - 1
-        self.residuals = [_greatest(self.multigrid.residual(last))]
-        self.changes = []
-        for _ in range(MOST_CYCLES):
-            before = finest.u.copy()
-            self.multigrid.cycle()
-            self.residuals.append(_greatest(self.multigrid.residual(last)))
-            before -= finest.u
-            before *= self._lane_scale
-            self.changes.append(_greatest(before))
-            rate = FIRST_RATE
-            if len(self.changes) > 1:
-                rate = min(self.changes[-1] / max(self.changes[-2], 1e-300), 0.5)
-            floor = ROUNDING * _greatest(finest.u * self._lane_scale)
-            left = self.changes[-1] * rate / (1.0 - rate)
-            if left <= self.settled * self.tolerance or self.changes[-1] <= floor:
-                self._errors = discretisation_error(self.multigrid, self._lane_scale)
-                self.multigrid.release()
-                return
-        history = ", ".join(f"{c * 1e3:.3g}" for c in self.changes)
-        raise SolveError(
-            f"No convergence in {MOST_CYCLES} cycles (change of u in mm: {history}; "
-            f"{self.settled * self.tolerance * 1e3:.3g} was needed). Give the scene's file to the "
-            "developers: this should not happen."
-        )
+        enough = self.settled * self.tolerance
+        self.residuals, self.changes = settle(self.multigrid, self._lane_scale, enough)
+        self._errors = discretisation_error(self.multigrid, self._lane_scale)
+        self.multigrid.release()
 
     @property
     def nodes(self) -> int:
@@ -355,7 +338,9 @@ class AdaptiveSolver:
 
     def _error_outside_tube(self) -> float:
         """m: the greatest estimated discretisation error farther than the radius from edges."""
-        errors = discretisation_error(self.multigrid, self._lane_scale)
+        errors = self._errors
+        if len(errors) < len(self.multigrid.stages):
+            errors = discretisation_error(self.multigrid, self._lane_scale)
         frame, least = self.problem.frame, 0.5 * self.tolerance
         return self.tube.greatest_outside(frame, self.multigrid.stages, self.regions, errors, least)
 
@@ -381,10 +366,6 @@ class AdaptiveSolver:
         depth = self.multigrid.stages[-1].level.depth
         planned = self._depth_of(self.edge_radius / CELLS_ACROSS_TUBE)
         return min(0.9, 0.9 * 4.0 ** (depth - planned))
-
-
-def _greatest(values: Lanes) -> float:
-    return float(max(values.max(initial=0.0), -values.min(initial=0.0)))
 
 
 def _rounded_up(value: float) -> float:

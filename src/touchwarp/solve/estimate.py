@@ -11,11 +11,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from touchwarp.solve.level import LOCAL
 from touchwarp.solve.multigrid import COARSEST_SWEEPS, SWEEPS, Multigrid
-from touchwarp.solve.transfer import covered_pairs
 
-SHARE = np.float32(1.0 / 3.0)
+GROWTH = np.float32(4.0 / 3.0)
+"""τ, and the third of it that is added."""
 
 
 def discretisation_error(
@@ -28,18 +27,6 @@ def discretisation_error(
     stages = multigrid.stages
     last = len(stages) - 1
     kept = [stage.u.copy() for stage in stages]
-    increments: dict[int, tuple[NDArray[np.int64], NDArray[np.float32]]] = {}
-    finer = np.empty(0, np.int32)
-    for i in range(last, multigrid.root, -1):
-        multigrid.coarsen_equation(i)
-        over = stages[i - 1]
-        _, nodes, coarse_nodes = covered_pairs(stages[i].level, over.level)
-        finest = np.ones(stages[i].level.n, bool)
-        finest[finer] = False
-        brick, local = np.divmod(over.level.site[coarse_nodes[finest[nodes]]], LOCAL)
-        places = LOCAL * over.slot[brick].astype(np.int64) + local
-        increments[i - 1] = places, SHARE * over.source[places]
-        finer = coarse_nodes
 
     def cycle(i: int) -> None:
         if i == 0:
@@ -51,9 +38,8 @@ def discretisation_error(
 
     def descend(i: int) -> None:
         multigrid.coarsen_equation(i)
-        if i - 1 in increments:
-            places, change = increments[i - 1]
-            stages[i - 1].source[places] += change
+        if i > multigrid.root:
+            multigrid.amplify_equation(i, GROWTH)
         cycle(i - 1)
         multigrid.correct(i)
 

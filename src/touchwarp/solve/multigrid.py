@@ -126,7 +126,7 @@ class Multigrid:
         stencils = make_stencils(cuts, self.frame.spacing, self.screening, depth)
         link = None
         if coarser is not None:
-            coarser.set_covered(transfer.covered_pairs(level, coarser.level)[0])
+            coarser.set_covered(transfer.covered_bricks(level, coarser.level))
             if depth > 0:
                 link = make_interface(level, cuts, coarser.level, coarser.cuts)
         floor = np.empty(0, np.int32)
@@ -233,6 +233,14 @@ class Multigrid:
         self._between(transfer.inject, i, fine.u, coarse.u)
         residual = self.residual(i)
         self._between(transfer.restrict_equation, i, residual, coarse.equation, coarse.u)
+
+    def amplify_equation(self, i: int, factor: np.float32) -> None:
+        """Multiply what level i has given the coarser one, where i is the finest there is."""
+        fine, coarse = self.stages[i], self.stages[i - 1]
+        covered = np.zeros(fine.level.n, bool)
+        if i + 1 < len(self.stages):
+            self._between(transfer.mark_covered, i + 1, covered)
+        self._between(transfer.amplify, i, covered, coarse.slot, factor, coarse.source)
 
     def correct(self, i: int) -> None:
         """Add the coarser level's change to level i."""

@@ -13,25 +13,63 @@ from numpy.typing import NDArray
 from touchwarp.solve.level import FLOOR, LOCAL, Level, beside, node_at, octant_start
 from touchwarp.solve.stencil import LANES
 
-_HALF = np.array([64 * x + 8 * y + z for x in range(4) for y in range(4) for z in range(4)])
-"""Local numbers of the coarse nodes in an octant; twice that, of the fine nodes in their place."""
 
-
-def covered_pairs(
-    fine: Level, coarse: Level
-) -> tuple[NDArray[np.bool_], NDArray[np.int32], NDArray[np.int32]]:
-    """Inner nodes of a level that coincide with inner nodes of the coarser one.
-
-    Returns:
-        Which coarse bricks have such nodes, (b,); and the pairs: (k,) fine and (k,) coarse nodes.
-    """
-    under = fine.node[:, 2 * _HALF]
-    octant = 4 * (fine.bricks & 1) @ np.array([64, 8, 1])
-    over = coarse.node[fine.parent[:, None], octant[:, None] + _HALF]
-    both = (under >= 0) & (under < fine.n_inner) & (over >= 0) & (over < coarse.n_inner)
+def covered_bricks(fine: Level, coarse: Level) -> NDArray[np.bool_]:
+    """(b,) coarse bricks with an inner node that is an inner node of the finer level, too."""
     bricks = np.zeros(len(coarse.bricks), bool)
-    bricks[fine.parent[both.any(axis=1)]] = True
-    return bricks, under[both], over[both]
+    bricks[fine.parent[_covers(fine.places, coarse.places)]] = True
+    return bricks
+
+
+@njit(cache=True, nogil=True)
+def _covers(fine, coarse):
+    """(b,) which fine bricks have an inner node that coincides with a coarse inner one."""
+    bricks, parent, node, coarse_node = fine.bricks, fine.parent, fine.node, coarse.node
+    result = np.zeros(len(bricks), np.bool_)
+    for b in range(len(bricks)):
+        start = 512 * np.int64(parent[b]) + octant_start(bricks, b)
+        for i in range(64):
+            half = 64 * (i >> 4) + 8 * ((i >> 2) & 3) + (i & 3)
+            m, c = node[512 * b + 2 * half], coarse_node[start + half]
+            if 0 <= m < fine.n_inner and 0 <= c < coarse.n_inner:
+                result[b] = True
+                break
+    return result
+
+
+@njit(cache=True, nogil=True)
+def amplify(first, last, fine, coarse, has_equation, slots, factor, source):
+    """Multiply the coarse equation's right-hand side f where fine bricks first..last are finest.
+
+    `has_equation` (n,) tells fine nodes that a still finer level covers; `slots` and `source` are
+    the coarse level's.
+    """
+    bricks, parent, node, coarse_node = fine.bricks, fine.parent, fine.node, coarse.node
+    for b in range(first, last):
+        start = 512 * np.int64(parent[b]) + octant_start(bricks, b)
+        slot = np.int64(slots[parent[b]])
+        if slot < 0:
+            continue
+        for i in range(64):
+            half = 64 * (i >> 4) + 8 * ((i >> 2) & 3) + (i & 3)
+            m, c = node[512 * b + 2 * half], coarse_node[start + half]
+            inner = 0 <= m < fine.n_inner and 0 <= c < coarse.n_inner
+            if inner and not has_equation[m]:
+                for q in range(LANES):
+                    source[512 * slot + ((start + half) & 511), q] *= factor
+
+
+@njit(cache=True, nogil=True)
+def mark_covered(first, last, fine, coarse, marks):
+    """Mark the coarse inner nodes (n,) that are inner nodes of fine bricks first..last as well."""
+    bricks, parent, node, coarse_node = fine.bricks, fine.parent, fine.node, coarse.node
+    for b in range(first, last):
+        start = 512 * np.int64(parent[b]) + octant_start(bricks, b)
+        for i in range(64):
+            half = 64 * (i >> 4) + 8 * ((i >> 2) & 3) + (i & 3)
+            m, c = node[512 * b + 2 * half], coarse_node[start + half]
+            if 0 <= m < fine.n_inner and 0 <= c < coarse.n_inner:
+                marks[c] = True
 
 
 @njit(cache=True, nogil=True)

@@ -111,9 +111,10 @@ def make_fit(
         hangs = np.zeros(level.n, bool)
         hangs[grid.rim[i]] = True
         nodes = wanted[i][(wanted[i] < level.n_inner) | hangs[wanted[i]]]
-        where = frame.to_scene(level.coordinates(nodes) / 2.0**level.depth)
-        outside = regions[i][nodes] != 1
-        nodes = nodes[outside | hangs[nodes] | tube.contains(where)]
+        taken = (regions[i][nodes] != 1) | hangs[nodes]
+        where = level.coordinates(nodes[~taken]) / 2.0**level.depth
+        taken[~taken] = tube.contains(frame.to_scene(where))
+        nodes = nodes[taken]
         number = np.full(level.n, -1, np.int32)
         number[nodes] = count + np.arange(len(nodes), dtype=np.int32)
         count += len(nodes)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from touchwarp.errors import SolveError
 from touchwarp.solve.stencil import LANES, hold_floor
@@ -26,54 +27,54 @@ MASTERS = 4
 Real = NDArray[np.float64]
 
 
+RINGS = 6
+"""Nodes behind surfaces are fitted again, with those of Ω, where so many cells lead to one at most.
+What the second fit would change farther off falls to less than a third with every cell."""
+
+
 @dataclass(eq=False)
-class FitSystem:
-    """(Σ w N Nᵀ + κ) x = rhs, the hanging unknowns eliminated.
+class Rows:
+    """A symmetric matrix by rows.
 
     Attributes:
-        count: unknowns, hanging ones included; their rows are empty.
-        start: (count + 1,) first entry of each row.
+        start: (n + 1,) first entry of each row.
         column, value: the entries.
-        inverse_diagonal: (count,), 0 for hanging unknowns.
-        behind: (count,) bool, behind a surface.
-        floor: (k,) int32, on the sliding plane.
-        hanging: (k,); master: (k, 4), -1 where unused; part: (k,) 1, ½ or ¼.
+        inverse_diagonal: (n,), 0 for empty rows.
+        floor: (k,) int32, rows on the sliding plane.
     """
 
-    count: int
     start: NDArray[np.int64]
     column: NDArray[np.int32]
     value: NDArray[np.float32]
     inverse_diagonal: Real
-    behind: NDArray[np.bool_]
     floor: NDArray[np.int32]
-    hanging: NDArray[np.int32]
-    master: NDArray[np.int32]
-    part: Real
 
-    def solve(self, rhs: Real, normal_lanes: NDArray[np.bool_]) -> Real:
-        """x (count, 4) for a right-hand side that is still to be folded on to masters.
+    def part(self, chosen: NDArray[np.int64]) -> Rows:
+        """The rows and columns that are chosen (k,)."""
+        count = len(self.inverse_diagonal)
+        whole = csr_array((self.value, self.column, self.start), shape=(count, count))
+        own = whole[chosen][:, chosen]
+        floor = np.flatnonzero(np.isin(chosen, self.floor)).astype(np.int32)
+        start, column = own.indptr.astype(np.int64), own.indices.astype(np.int32)
+        return Rows(start, column, own.data, self.inverse_diagonal[chosen], floor)
 
-        First the nodes behind surfaces alone, then all nodes for what is left. `rhs` is changed.
+    def within(self, steps: int, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(n,) rows that so many entries, one after another, lead to from the chosen ones."""
+        count = len(self.inverse_diagonal)
+        whole = csr_array((self.value != 0.0, self.column, self.start), shape=(count, count))
+        for _ in range(steps):
+            chosen = whole @ chosen
+        return chosen
 
-        Raises:
-            SolveError: no convergence.
-        """
-        _fold(self.hanging, self.master, self.part, rhs)
-        hold_floor(rhs, self.floor, normal_lanes)
-        x = np.zeros_like(rhs)
-        behind = np.where(self.behind, self.inverse_diagonal, 0.0)
-        self._conjugate_gradients(x, rhs, behind, normal_lanes)
-        self._conjugate_gradients(x, rhs, self.inverse_diagonal, normal_lanes)
-        _spread(self.hanging, self.master, self.part, x)
-        return x
-
-    def _conjugate_gradients(
+    def conjugate_gradients(
         self, x: Real, r: Real, inverse: Real, normal_lanes: NDArray[np.bool_]
     ) -> None:
         """Add to x, where `inverse` is not 0, what the right-hand side r asks for.
 
         r becomes what is left of it.
+
+        Raises:
+            SolveError: no convergence.
         """
         p, q = np.zeros_like(r), np.zeros_like(r)
         alpha = beta = np.zeros(LANES)
@@ -82,7 +83,7 @@ class FitSystem:
         for _ in range(MOST_STEPS):
             if (rz <= goal).all():
                 return
-            share(_turn, self.count, beta, inverse, r, p, even=True)
+            share(_turn, len(inverse), beta, inverse, r, p, even=True)
             pq = self._shared(_multiply, self.start, self.column, self.value, p, q)
             hold_floor(q, self.floor, normal_lanes)
             alpha = np.divide(rz, pq, out=np.zeros(LANES), where=pq > 0.0)
@@ -96,8 +97,55 @@ class FitSystem:
         )
 
     def _shared(self, kernel: Callable[..., Any], *arguments: Any) -> Real:
-        """The sum of what a loop over all unknowns returns for its parts."""
-        return np.asarray(np.sum(share(kernel, self.count, *arguments, work=4, even=True), axis=0))
+        """The sum of what a loop over all rows returns for its parts."""
+        count = len(self.inverse_diagonal)
+        return np.asarray(np.sum(share(kernel, count, *arguments, work=4, even=True), axis=0))
+
+
+@dataclass(eq=False)
+class FitSystem:
+    """(Σ w N Nᵀ + κ) x = rhs, the hanging unknowns eliminated.
+
+    Attributes:
+        rows: of all unknowns; those of hanging ones are empty.
+        behind: (n,) bool, behind a surface.
+        again: (k,) unknowns in Ω, and those near them that are fitted again; again_rows: theirs.
+        hanging: (h,); master: (h, 4), -1 where unused; part: (h,) 1, ½ or ¼.
+    """
+
+    rows: Rows
+    behind: NDArray[np.bool_]
+    again: NDArray[np.int64]
+    again_rows: Rows
+    hanging: NDArray[np.int32]
+    master: NDArray[np.int32]
+    part: Real
+
+    @property
+    def count(self) -> int:
+        """Unknowns, hanging ones included."""
+        return len(self.behind)
+
+    def solve(self, rhs: Real, normal_lanes: NDArray[np.bool_]) -> Real:
+        """x (count, 4) for a right-hand side that is still to be folded on to masters.
+
+        First the nodes behind surfaces alone, then those of Ω and what is near them, for what is
+        left. `rhs` is changed.
+
+        Raises:
+            SolveError: no convergence.
+        """
+        _fold(self.hanging, self.master, self.part, rhs)
+        hold_floor(rhs, self.rows.floor, normal_lanes)
+        x = np.zeros_like(rhs)
+        behind = np.where(self.behind, self.rows.inverse_diagonal, 0.0)
+        self.rows.conjugate_gradients(x, rhs, behind, normal_lanes)
+        left, change = rhs[self.again], np.zeros((len(self.again), LANES))
+        rows = self.again_rows
+        rows.conjugate_gradients(change, left, rows.inverse_diagonal, normal_lanes)
+        x[self.again] += change
+        _spread(self.hanging, self.master, self.part, x)
+        return x
 
 
 def make_system(
@@ -131,7 +179,9 @@ def make_system(
     value = np.zeros(int(start[-1]), np.float32)
     share(_assemble, count, *given, start, column, value, diagonal, work=64, even=True)
     inverse = np.divide(1.0, diagonal, out=np.zeros(count), where=diagonal > 0.0)
-    return FitSystem(count, start, column, value, inverse, behind, floor, hanging, master, part)
+    rows = Rows(start, column, value, inverse, floor)
+    again = np.flatnonzero(rows.within(RINGS, ~behind & (inverse > 0.0)) & (inverse > 0.0))
+    return FitSystem(rows, behind, again, rows.part(again), hanging, master, part)
 
 
 @njit(cache=True, nogil=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,7 +35,7 @@ def fit_round(
     normal_lanes: NDArray[np.bool_],
     lane_scale: NDArray[np.float32],
     *,
-    refine: bool = False,
+    refine: Callable[[TableError], bool] | None = None,
     slack: float = 1.0,
 ) -> Round | None:
     """Fit a table to what `solver` has found for boundary data (v, 4).
@@ -43,7 +44,7 @@ def fit_round(
         solver: it has solved for the data.
         maker: of an earlier round; it is used again if the grid is the same.
         data, normal_lanes, lane_scale: as for the solver.
-        refine: ask the solver for finer cells where the tolerance is missed. Where it will give
+        refine: asks the solver for finer cells where the tolerance is missed. Where it will give
             them the result is None, and it has to build again. The field is looked at before the
             fit, which takes as long as a solve.
         slack: errors up to this many times the solver's tolerance will do.
@@ -59,15 +60,14 @@ def fit_round(
             problem, solution, solver.tube, lane_scale, slack * solver.tolerance, field, fitted
         )
 
-    def missed(error: TableError) -> bool:
-        return refine and solver.demand(error.poor_points, error.poor_depths)
-
-    if missed(estimate(None)):
+    if refine is not None and refine(estimate(None)):
         return None
     maker = known or TableMaker(problem, solution, grid, solver.tube)
     fitted = maker.fitted(solution, data, normal_lanes, lane_scale)
     error = estimate(fitted)
-    return None if missed(error) else Round(solution, maker, fitted, error)
+    if refine is not None and refine(error):
+        return None
+    return Round(solution, maker, fitted, error)
 
 
 def refine_rounds(
@@ -79,9 +79,19 @@ def refine_rounds(
     tell: Progress,
 ) -> Round:
     """Rounds until the tolerance is met, or the solver gives no finer cells."""
-    for _ in range(MOST_ROUNDS - 1):
+    rounds_left = MOST_ROUNDS - 1
+
+    def refine(error: TableError) -> bool:
+        nonlocal rounds_left
+        if error.outside_tube_max > solver.tolerance and solver.sharpen():
+            return True
+        demanded = solver.demand(error.poor_points, error.poor_depths)
+        rounds_left -= demanded
+        return demanded
+
+    while rounds_left:
         tell("fitting the table to the goal", 0.92)
-        result = fit_round(solver, maker, data, normal_lanes, lane_scale, refine=True)
+        result = fit_round(solver, maker, data, normal_lanes, lane_scale, refine=refine)
         if result is not None:
             return result
         solver.build(data, normal_lanes, lane_scale)

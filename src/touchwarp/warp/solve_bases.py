@@ -7,13 +7,15 @@ from numpy.typing import NDArray
 
 from touchwarp.errors import SolveError
 from touchwarp.scene import Scene
-from touchwarp.solve.adaptive import SETTLED, AdaptiveSolver
+from touchwarp.solve.adaptive import AdaptiveSolver
 from touchwarp.solve.problem import Problem
+from touchwarp.solve.settling import SETTLED
 from touchwarp.solve.stencil import LANES
 from touchwarp.warp.bases import AffineBases
 from touchwarp.warp.meta import BasisProp
 from touchwarp.warp.rounds import MOST_ROUNDS, Round, fit_round
 from touchwarp.warp.solver import Progress, WarpSolver
+from touchwarp.warp.table_error import TableError
 
 RANGE_SHIFT = 0.1
 RANGE_STRETCH = 1.0
@@ -78,9 +80,18 @@ def basis_rounds(whole: WarpSolver, tell: Progress) -> tuple[AdaptiveSolver, lis
     lane_scale = _lane_scale(props)
     none, all_ = np.zeros(LANES, bool), np.ones(LANES, bool)
     solver = whole.new_solver(STRICTNESS)
-    solver.settled = SETTLED / 10
+    solver.settled = SETTLED / 40
     together = np.sum([_basis_data(problem, name, props[name]) for name in props], axis=0)
-    solver.build(together, none, lane_scale)
+
+    def build() -> None:
+        solver.build(together, none, lane_scale)
+        while solver.sharpen():
+            solver.build(together, none, lane_scale)
+
+    def refine(error: TableError) -> bool:
+        return rounds_left > 0 and solver.demand(error.poor_points, error.poor_depths)
+
+    build()
     solves = [
         (_basis_data(problem, name, props[name]), lanes)
         for lanes in ((none, all_) if problem.frame.mirrored else (none,))
@@ -93,16 +104,14 @@ def basis_rounds(whole: WarpSolver, tell: Progress) -> tuple[AdaptiveSolver, lis
         data, lanes = solves[len(rounds)]
         solver.solve(data, lanes)
         maker = rounds[-1].maker if rounds else None
-        found = fit_round(
-            solver, maker, data, lanes, lane_scale, refine=rounds_left > 0, slack=STRICTNESS
-        )
+        found = fit_round(solver, maker, data, lanes, lane_scale, refine=refine, slack=STRICTNESS)
         if found is not None:
             rounds.append(found)
         else:
             # One grid for all fields: the finer one takes them from the start.
             rounds_left -= 1
             rounds.clear()
-            solver.build(together, none, lane_scale)
+            build()
     return solver, rounds
 
 

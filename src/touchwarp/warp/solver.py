@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.errors import SceneError, SolveError
-from touchwarp.goals import goals, validate
+from touchwarp.goals import Goal, goals, validate
 from touchwarp.scene import Scene, closest_props
 from touchwarp.scene.goal_spec import GoalSpec, ReadyGoal
 from touchwarp.solve.adaptive import MOST_CELLS_ACROSS_TUBE, AdaptiveSolver
 from touchwarp.solve.problem import Problem, make_problem
 from touchwarp.warp.from_solution import TableMaker
-from touchwarp.warp.meta import WarpMeta
+from touchwarp.warp.meta import Outline, WarpMeta
 from touchwarp.warp.outline import outline_of, thinned
 from touchwarp.warp.plane_solver import solve_plane
 from touchwarp.warp.plane_table import PlaneTableWarp
@@ -101,6 +102,7 @@ class WarpSolver:
         self.problem: Problem = make_problem(scene, self.goals)
         self._solver: AdaptiveSolver | None = None
         self._maker: TableMaker | None = None
+        self._outlines = _outlines(self.goals)
 
     def solve(
         self,
@@ -120,11 +122,13 @@ class WarpSolver:
         """
         if mismatch_weight is not None:
             self.scene = self.scene.with_objective(mismatch_weight=mismatch_weight)
+            screening = self.scene.objective.screening
+            self.problem = dataclasses.replace(self.problem, screening=screening)
         if changed_goals:
             self.scene = self.scene.with_goals(changed_goals)
             self.goals = goals(self.scene)
             validate(self.scene, self.goals)
-        if changed_goals or mismatch_weight is not None:
+            self._outlines = _outlines(self.goals)
             problem = make_problem(self.scene, self.goals, self._kept_box())
             if not _same_surfaces(problem, self.problem):
                 self._solver = None
@@ -175,7 +179,7 @@ class WarpSolver:
         return WarpMeta(
             scene_text=self.scene.text,
             mesh_digests=self.scene.digests,
-            outlines={name: outline_of(goal) for name, goal in self.goals.items()},
+            outlines=self._outlines,
             outer_box=self.problem.outer_box,
             outer_surface=None if outer is None else thinned(outer),
             screening=self.problem.screening,
@@ -186,6 +190,10 @@ class WarpSolver:
             prop_names=tuple(prop.name for prop in self.scene.props),
             goals=affine,
         )
+
+
+def _outlines(own: Mapping[str, Goal]) -> dict[str, Outline]:
+    return {name: outline_of(goal) for name, goal in own.items()}
 
 
 def _check_gaps(scene: Scene) -> None:

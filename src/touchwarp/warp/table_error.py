@@ -144,7 +144,21 @@ def _contact(problem: Problem, fitted: Fitted) -> tuple[float, float]:
         sizes.append(size[own])
         areas.append(samples.weight[own].astype(np.float64) / 4.0**i)
     size, area = np.concatenate(sizes), np.concatenate(areas)
-    order = np.argsort(size)
-    share = np.cumsum(area[order])
-    at = min(int(np.searchsorted(share, 0.99 * share[-1])), len(order) - 1)
-    return float(size[order[at]]), float(size.max())
+    return _quantile(size, area, 0.99), float(size.max())
+
+
+def _quantile(size: NDArray[np.floating], weight: Real, share: float) -> float:
+    """The least value that this share of all weight does not exceed.
+
+    Only the largest values are sorted.
+    """
+    above = (1.0 - share) * float(weight.sum())
+    least = float(size.max())
+    top = size >= least
+    while weight[top].sum() <= above and not top.all():
+        least = 0.7 * least if least > 1e-12 else -1.0
+        top = size >= least
+    order = np.argsort(size[top])[::-1]
+    beyond = np.cumsum(weight[top][order])
+    at = min(int(np.searchsorted(beyond, above, side="right")), len(order) - 1)
+    return float(size[top][order[at]])
