@@ -66,6 +66,16 @@ def test_where_handles_differ_a_transform_is_written_that_solves(
     assert main(["solve", "block.toml", "-o", "block.warp", "--tolerance-mm", "5"]) == 0
 
 
+@pytest.mark.parametrize(("size", "told"), [(0.4, True), (0.12, False)])
+def test_a_virtual_object_of_another_size_is_told_of(
+    size: float, told: bool, folder: Path, capsys: Told
+) -> None:
+    write_mesh(folder / "a.ply", box([0.1, 0.05, 0.05]))
+    write_mesh(folder / "b.glb", box([size, size / 2, size / 2]))
+    assert main(["new", "a.ply", "b.glb", "--unit", "m", "--yes", "-o", "a.toml"]) == 0
+    assert ("Note: b is 4 times as long as a, and hands" in capsys.readouterr().out) == told
+
+
 def test_measured_points_become_a_shape(folder: Path, capsys: Told) -> None:
     can = cylinder(0.03, 0.12).transformed(pose_matrix((0.2, 0.1, 0), (0, 0, 0)))
     points = sample(can, 60, np.random.default_rng(0))[0]

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from touchwarp.cli.answers import Answers, settle_reading
 from touchwarp.cli.new_parts import Part, fitted_part, mesh_part, rounded, with_equal_handles
+
+if TYPE_CHECKING:
+    from touchwarp.scene import Surface
+
+MOST_TIMES = 2.5
+"""A virtual object so many times as long as its prop, or as short, is told of."""
 
 
 @click.command(
@@ -137,11 +143,24 @@ def write_scene(felt: Part, shown: Part, scale: bool, output: Path) -> None:
         if part.ready.repair is not None and part.ready.repair.steps:
             show_facts(f"{part.name}: repaired", repair_rows(part.ready.repair))
     show_facts(f"{shown.name} on {felt.name}", alignment_rows(found))
+    times = _longest(shown.ready.surface) * found.scale / _longest(felt.ready.surface)
+    if not 1 / MOST_TIMES < times < MOST_TIMES:
+        click.echo(
+            f"Note: {shown.name} is {times:.2g} times as long as {felt.name}, and hands are to be "
+            f"displaced by up to {found.to_prop.max_mm:.0f} mm or more; if that is not meant, "
+            "--scale brings it to the prop's size."
+        )
     click.echo(f"Goal    {draft.goal['kind']}: {draft.notes['goal'][0].split(': ', 1)[1]}")
     click.echo(f"Next: touchwarp solve {output} -o {output.with_suffix('.warp')}")
 
 
 _TABLE = {"point": [0, 0, 0], "normal": [0, 0, 1]}
+
+
+def _longest(surface: Surface) -> float:
+    """m: the longest side of the box around it."""
+    low, high = surface.bounds
+    return float((high - low).max())
 
 
 def _feet_are_flat(felt: Part, shown: Part, T_prop_virtual: Any) -> bool:

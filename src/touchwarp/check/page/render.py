@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from importlib.resources import files
 from typing import Any
 
@@ -14,7 +15,7 @@ from touchwarp.check.case import Case
 from touchwarp.check.page import charts, slice_figures
 from touchwarp.check.page.map_view import between_picture, square_side
 from touchwarp.check.page.palette import error_norm, unique_ids
-from touchwarp.check.page.slices import cut
+from touchwarp.check.page.slices import Slice, cut
 from touchwarp.check.page.still import still_picture
 from touchwarp.check.page.surface_view import view_data
 from touchwarp.check.report import Check, Report, join_unit, number_text
@@ -37,6 +38,43 @@ _TILES = (
     ("map.curvature", "change of curvature by the goal, mean"),
     ("folds.reach", "how far folds reach from the prop"),
 )
+
+
+_GAIN = (
+    "The {} singular value of ∂f: how much {} than the real hand the displayed one moves at most. "
+    "Purple is quicker, orange slower."
+)
+_CUT_PICTURES: tuple[tuple[str, Callable[[Case, Slice], str], str], ...] = (
+    (
+        "where a real point is displayed",
+        slice_figures.draw_arrows,
+        "Each arrow starts at a real place and ends where it is displayed, true to scale within "
+        "the cut.",
+    ),
+    (
+        "space as it is displayed",
+        slice_figures.draw_lattice,
+        "A square lattice of real places. It meets the virtual outline where it meets the prop; "
+        "where it doubles back, space is folded.",
+    ),
+    (
+        "mismatch",
+        slice_figures.draw_mismatch,
+        "How far the displayed hand is from the real one. White lines are an eighth of the "
+        "greatest mismatch apart.",
+    ),
+    (
+        "gain, quickest direction",
+        partial(slice_figures.draw_gain, slowest=False),
+        _GAIN.format("greatest", "quicker"),
+    ),
+    (
+        "gain, slowest direction",
+        partial(slice_figures.draw_gain, slowest=True),
+        _GAIN.format("least", "slower"),
+    ),
+)
+"""What is drawn of each cut: its words, how, and what it shows."""
 
 
 @dataclass(frozen=True)
@@ -142,45 +180,11 @@ def _cuts(case: Case) -> Iterator[dict[str, Any]]:
     largest = sorted(case.props, key=lambda p: -p.area)[:MOST_PROPS_CUT]
     for prop in [p for p in case.props if p in largest]:
         cuts = cut(case, prop)
-        figures = []
-        for one in cuts:
-            figures.append(
-                PageFigure(
-                    f"{one.title}: where a real point is displayed",
-                    slice_figures.draw_arrows(case, one),
-                    "Each arrow starts at a real place and ends where it is displayed, true to "
-                    "scale within the cut.",
-                )
-            )
-        for one in cuts:
-            figures.append(
-                PageFigure(
-                    f"{one.title}: space as it is displayed",
-                    slice_figures.draw_lattice(case, one),
-                    "A square lattice of real places. It meets the virtual outline where it meets "
-                    "the prop; where it doubles back, space is folded.",
-                )
-            )
-        for one in cuts:
-            figures.append(
-                PageFigure(
-                    f"{one.title}: mismatch",
-                    slice_figures.draw_mismatch(case, one),
-                    "How far the displayed hand is from the real one. White lines are an eighth of "
-                    "the greatest mismatch apart.",
-                )
-            )
-        for slowest, words in ((False, "quickest"), (True, "slowest")):
-            for one in cuts:
-                figures.append(
-                    PageFigure(
-                        f"{one.title}: gain, {words} direction",
-                        slice_figures.draw_gain(case, one, slowest),
-                        f"The {'least' if slowest else 'greatest'} singular value of ∂f: how much "
-                        f"{'slower' if slowest else 'quicker'} than the real hand the displayed "
-                        "one moves at most. Purple is quicker, orange slower.",
-                    )
-                )
+        figures = [
+            PageFigure(f"{one.title}: {words}", draw(case, one), caption)
+            for words, draw, caption in _CUT_PICTURES
+            for one in cuts
+        ]
         title = "Through space" if len(case.props) == 1 else f"Through space, at {prop.name}"
         yield {
             "title": title,
