@@ -257,6 +257,14 @@ export class Desk {
     this.#scale = scale;
   }
 
+  /** The probing hand makes room for a recording's. */
+  set away(away: boolean) {
+    this.probe.away = away;
+    if (!away) this.probe.update(this.#context.tables.current);
+    this.#tellReading();
+    this.stage.draw();
+  }
+
   #tellReading(): void {
     const place = document.querySelector<HTMLElement>("#reading")!;
     const { reading } = this.probe;
