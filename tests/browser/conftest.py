@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -59,6 +60,9 @@ contact = "slide"
 
 expect.set_options(timeout=LONG)
 
+THROTTLE = float(os.environ.get("TOUCHWARP_CPU_THROTTLE", "1"))
+"""How many times slower the page's processor is made, to find what only holds on a fast one."""
+
 SHOTS = Path(__file__).resolve().parents[2] / "build" / "screenshots"
 
 
@@ -84,6 +88,9 @@ def page(chromium: Browser, serve: Callable[[Path], Server]) -> Iterator[Page]:
     context = chromium.new_context(viewport={"width": 960, "height": 560}, ignore_https_errors=True)
     tab = context.new_page()
     tab.set_default_timeout(LONG)
+    if THROTTLE != 1.0:
+        session = context.new_cdp_session(tab)
+        session.send("Emulation.setCPUThrottlingRate", {"rate": THROTTLE})
     errors: list[str] = []
     tab.on("pageerror", lambda error: errors.append(str(error)))
     tab.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)

@@ -117,9 +117,14 @@ def test_locality_is_solved_on_the_server_with_progress(
 
 def test_a_scene_that_cannot_be_is_refused_in_words(page: Page, serve: Serve, ball: Path) -> None:
     open_page(page, serve(ball).url)
-    page.locator("input[name=translation-2]").fill("-300")
-    page.locator("input[name=translation-2]").press("Enter")
+    height = page.locator("input[name=translation-2]")
+    before = height.input_value()
+    height.fill("-300")
+    height.press("Enter")
     expect(page.locator(".failure").first).to_contain_text("must lie inside the outer boundary")
+    expect(height).to_have_value(before)
+    expect(page.locator("button[name=save]")).to_be_disabled()
+    whole_warp(page)
 
 
 def test_a_change_that_is_refused_is_taken_back(page: Page, ball_server: Server) -> None:
@@ -164,12 +169,14 @@ def test_a_scene_without_a_warp_shows_itself_and_its_progress(
     open_page(page, server.url)
     expect(page.locator(".exactness")).to_contain_text("No warp yet")
     expect(page.locator("#reading")).to_contain_text("no warp yet")
+    expect(page.locator(".legend")).to_have_count(0)
     wait_until(page, lambda: "progress" in said.kinds, "the server tells no progress")
     said.let_through("progress")
     expect(page.locator(".task").first).to_be_visible()
     page.screenshot(path=screenshots / "unsolved.png")
     said.let_through()
     whole_warp(page)
+    expect(page.locator(".legend")).to_be_visible()
     expect(page.locator("#reading")).to_have_text(re.compile("mm away"))
 
 

@@ -201,6 +201,13 @@ def test_an_exported_page_keeps_recordings_on_the_device(
         assert {line.count(",") for line in lines} == {lines[0].count(",")}
         state = json.loads((tmp_path / "exported" / "boot.json").read_text())
         assert lines[1].split(",")[1] == state["warp"]["identity"]
+        page.locator("button[name=delete-recording]").click()
+        page.locator("button[name=delete]").click()
+        expect(page.locator("button[name=save-recording]")).to_have_count(0)
+        page.reload()
+        page.wait_for_selector("body[data-ready]")
+        expect(page.locator("button[name=record]")).to_be_visible()
+        expect(page.locator("button[name=save-recording]")).to_have_count(0)
     finally:
         host.shutdown()
         host.server_close()

@@ -109,3 +109,10 @@ def test_the_invitation_tells_every_way_in() -> None:
         "█",
     ):
         assert part in text
+
+
+def test_the_address_is_told_before_what_takes_its_time_is_loaded():
+    slow = "{'numba', 'scipy', 'trimesh', 'uvicorn'}"
+    told = f"import sys, touchwarp.live.serving; print({slow} & set(sys.modules))"
+    run = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "set()"

@@ -84,6 +84,18 @@ def test_everything_is_made_and_then_follows_a_change(
         bench.close()
 
 
+def test_an_object_that_leaves_the_outer_boundary_is_refused_at_once(
+    ball_path: Path, tmp_path: Path, told: Told
+) -> None:
+    bench = open_workbench(ball_path, tmp_path, told)  # its thread is not begun
+    before = bench.state
+    assert before.outer_fixed
+    outside = MOVED.model_copy(update={"translation": (0.0, 0.0, -0.3)})
+    with pytest.raises(SceneError, match="must lie inside the outer boundary"):
+        bench.change(ChangeScene(goals={"ball": outside}))
+    assert bench.state == before
+
+
 def test_bases_serve_the_goals_that_they_promise(
     ball_path: Path, tmp_path: Path, told: Told
 ) -> None:

@@ -132,6 +132,7 @@ class SceneState(Message):
     props: tuple[PropState, ...]
     planes: tuple[Plane, ...]
     outer_box: tuple[Vector, Vector]
+    outer_fixed: bool
     mismatch_weight: float
     tolerance_mm: float
     interaction: str

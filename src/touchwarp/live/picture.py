@@ -150,6 +150,7 @@ def state_of(
         props=picture.props,
         planes=picture.planes,
         outer_box=picture.box,
+        outer_fixed=scene is None or scene.outer.box_scale is None,
         mismatch_weight=0.0 if scene is None else scene.objective.mismatch_weight,
         tolerance_mm=0.1 if scene is None else scene.objective.tolerance_mm,
         interaction="slide" if scene is None else scene.interaction.mode,

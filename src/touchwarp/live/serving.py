@@ -1,4 +1,8 @@
-"""Serving: which addresses, what is printed for a headset, and the built page."""
+"""Serving: which addresses, what is printed for a headset, and the built page.
+
+What takes its time to be loaded is so after the address has been told: a browser that comes
+meanwhile waits at the listening socket.
+"""
 
 from __future__ import annotations
 
@@ -12,18 +16,15 @@ import webbrowser
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-
-import segno
-import uvicorn
-from platformdirs import user_data_path
+from typing import TYPE_CHECKING
 
 from touchwarp.errors import LiveError
-from touchwarp.live.access import ENTRANCE, Invitation
-from touchwarp.live.application import make_application
-from touchwarp.live.conversation import MOST_BYTES, Hub
-from touchwarp.live.https import HttpsIdentity, identity_for
-from touchwarp.live.opening import open_workbench
-from touchwarp.live.recordings import RecordingStore
+
+if TYPE_CHECKING:
+    import uvicorn
+
+    from touchwarp.live.access import Invitation
+    from touchwarp.live.https import HttpsIdentity
 
 PAGE = Path(__file__).parent / "page"
 LOCAL = "127.0.0.1"
@@ -73,6 +74,20 @@ def serve(settings: Settings, say: Say) -> bool:
             address = network_address() if settings.host == "auto" else settings.host
             remote = listen(address, port + 1 if settings.port else 0)
             stack.callback(remote.close)
+        if settings.path.exists():  # what is missing is told of below
+            say(f"{settings.path.name} is at http://localhost:{port} (Ctrl-C ends it).")
+
+        from touchwarp.live.access import Invitation
+        from touchwarp.live.application import make_application
+        from touchwarp.live.conversation import Hub
+        from touchwarp.live.opening import open_workbench
+        from touchwarp.live.recordings import RecordingStore
+
+        if remote is not None:
+            from platformdirs import user_data_path
+
+            from touchwarp.live.https import identity_for
+
             identity = identity_for(address, user_data_path("touchwarp", appauthor=False) / "https")
             address = f"{_bracketed(address)}:{remote.getsockname()[1]}"
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="touchwarp-view-")))
@@ -97,7 +112,6 @@ def serve(settings: Settings, say: Say) -> bool:
             remote=address or None,
             invitation=invitation,
         )
-        say(f"{settings.path.name} is at http://localhost:{port} (Ctrl-C ends it).")
         if identity is not None:
             say(invitation_text(address, invitation, identity, port))
         workbench.start()
@@ -175,6 +189,10 @@ def invitation_text(
     address: str, invitation: Invitation, identity: HttpsIdentity, local_port: int
 ) -> str:
     """What a person needs to open the page in a headset."""
+    import segno
+
+    from touchwarp.live.access import ENTRANCE
+
     link = f"https://{address}{ENTRANCE}?token={invitation.token}"
     drawn = io.StringIO()
     segno.make(link, error="l").terminal(drawn, compact=True, border=2)
@@ -201,6 +219,10 @@ def _bracketed(address: str) -> str:
 
 
 def _server(app: object, identity: HttpsIdentity | None = None) -> uvicorn.Server:
+    import uvicorn
+
+    from touchwarp.live.conversation import MOST_BYTES
+
     return uvicorn.Server(
         uvicorn.Config(
             app,  # type: ignore[arg-type]

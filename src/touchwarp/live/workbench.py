@@ -14,6 +14,7 @@ from pathlib import Path
 
 from touchwarp.check import check
 from touchwarp.errors import SceneError, TouchwarpError
+from touchwarp.goals import goals, validate
 from touchwarp.live.document import SceneDocument
 from touchwarp.live.messages import (
     Certificate,
@@ -160,6 +161,7 @@ class Workbench:
             if document.text == self._document.text:
                 return
             picture = picture_of(document.scene, self._picture)
+            validate(document.scene, goals(document.scene))  # told at once, not by the solve
             same_fields = not change.poses and change.mismatch_weight is None
             self._document, self._picture = document, picture
             self._revision += 1

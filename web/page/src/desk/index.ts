@@ -36,10 +36,14 @@ export class Desk {
   #marker: Marker;
   #mouse: Mouse;
   #field: FieldName = "mismatch";
-  #scale: Scale = { low: 0, high: 1, ratio: false };
+  /** Of the colours shown; null before there is a warp. */
+  #scale: Scale | null = null;
   #progress = new Map<Task, Progress>();
   #failures = new Map<Task, string>();
   #note: Note | null = null;
+  /** While something is dragged to where it cannot stay. */
+  #warning: Note | null = null;
+  #outer = new Box3();
   #weightShare: number | null = null;
   #painted = "";
   #loading = false;
@@ -97,7 +101,7 @@ export class Desk {
     this.#tables.clear();
     for (const plane of state.planes) this.#tables.add(planeObject(plane, around));
     const [low, high] = state.outer_box;
-    const outer = new Box3(new Vector3(...low), new Vector3(...high));
+    const outer = this.#outer.set(new Vector3(...low), new Vector3(...high));
     this.probe.reach.copy(outer).expandByScalar(1e-4);
     this.probe.furnish(props, this.#planes);
     this.#slice.surround(around, outer, this.#planes);
@@ -170,11 +174,26 @@ export class Desk {
     const goal = goalOf(prop.state.pivot, placement);
     this.#placements.set(prop.state.name, placement);
     prop.moveVirtual(goal);
+    this.#warnOutside(ended ? null : prop);
     this.#context.tables.setGoal(prop.state.name, goal);
     if (ended && this.#context.state.solvable) {
       this.#context.changes.ask({ goals: { [prop.state.name]: placement } });
     }
     this.#marker.hide();
+  }
+
+  /** ∂Ω1 that is given does not follow: what reaches beyond it is refused once it is let go of. */
+  #warnOutside(dragged: PropObject | null): void {
+    const beyond = this.#context.state.outer_fixed ? (dragged?.beyond(this.#outer) ?? 0) : 0;
+    this.#warning =
+      beyond > 0
+        ? {
+            text: `The virtual object reaches ${(1e3 * beyond).toFixed(0)} mm beyond the outer
+              boundary, where nothing can be solved.`,
+            isTrouble: true,
+          }
+        : null;
+    this.#askPanel();
   }
 
   /** The first picture is on the screen: tests and measurements wait for that. */
@@ -221,6 +240,8 @@ export class Desk {
     const field = FIELDS.find((f) => f.name === this.#field);
     this.#painted = this.#field;
     if (field === undefined || warp === null) {
+      if (this.#scale !== null) this.#askPanel();
+      this.#scale = null;
       for (const prop of this.#props) prop.paint(PLAIN);
       return;
     }
@@ -232,8 +253,16 @@ export class Desk {
       colourVertices(field, scale, values[i]!, prop.colours);
       prop.paint(null);
     });
-    if (scale.low !== this.#scale.low || scale.high !== this.#scale.high) this.#askPanel();
+    if (scale.low !== this.#scale?.low || scale.high !== this.#scale.high) this.#askPanel();
     this.#scale = scale;
+  }
+
+  /** The probing hand makes room for a recording's. */
+  set away(away: boolean) {
+    this.probe.away = away;
+    if (!away) this.probe.update(this.#context.tables.current);
+    this.#tellReading();
+    this.stage.draw();
   }
 
   #tellReading(): void {
@@ -277,7 +306,7 @@ export class Desk {
     renderWork(this.#context, {
       progress: this.#progress,
       failures: this.#failures,
-      note: this.#note,
+      note: this.#warning ?? this.#note,
       connected: this.#connected,
     });
     renderPanel(

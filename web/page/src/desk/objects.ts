@@ -77,6 +77,19 @@ export class PropObject {
     this.virtual.matrixWorldNeedsUpdate = true;
   }
 
+  /** How far the virtual object reaches beyond a box, m; 0 within. */
+  beyond(box: Box3): number {
+    const point = new Vector3();
+    let most = 0;
+    for (let at = 0; at < this.surface.prop.length; at += 3) {
+      point.fromArray(this.surface.prop, at).applyMatrix4(this.virtual.matrix);
+      for (const axis of ["x", "y", "z"] as const) {
+        most = Math.max(most, box.min[axis] - point[axis], point[axis] - box.max[axis]);
+      }
+    }
+    return most;
+  }
+
   /** The greatest mismatch in contact, m: |u| is nowhere greater (eq. 5 has a maximum principle). */
   greatestShift(): number {
     const { prop, virtual } = this.surface;

@@ -10,7 +10,8 @@ import type { Axis, SliceMode } from "./slice.js";
 /** What the panel shows, kept by the desk. */
 export interface Shown {
   readonly field: FieldName;
-  readonly scale: Scale;
+  /** Null before there is a warp. */
+  readonly scale: Scale | null;
   readonly split: boolean;
   readonly sliceMode: SliceMode;
   readonly sliceAxis: Axis;
@@ -68,7 +69,11 @@ function panel(context: Context, shown: Shown, act: Actions): TemplateResult {
       ${choices("field", "Colour of what is felt", [["none", "Plain"], ...FIELDS.map((f) => [f.name, f.title] as const)], shown.field, act.field)}
       ${FIELDS.filter((f) => f.name === shown.field).map(
         (f) => html`<p class="quiet">${f.explanation}</p>
-          ${legend(f, shown.scale, state.marks, state.tolerance_mm)}`,
+          ${
+            shown.scale === null
+              ? html`<p class="quiet">There are colours once there is a warp.</p>`
+              : legend(f, shown.scale, state.marks, state.tolerance_mm)
+          }`,
       )}
       <h3>Slice through space</h3>
       ${choices(

@@ -32,7 +32,8 @@ export class Probe {
   reading: Reading | null = null;
   /** Beyond it no table is touched. */
   readonly reach = new Box3();
-  pinned = false;
+  /** Whether other hands are shown instead. */
+  #away = false;
 
   readonly realPoses = pointingPoses();
   readonly radii = pointingRadii;
@@ -83,7 +84,7 @@ export class Probe {
 
   /** Follow the mouse: the fingertip touches what is under it, or stays at its depth in the air. */
   follow(pane: Pane, ray: Ray, warp: Warp | null): void {
-    if (this.pinned) return;
+    if (this.#away) return;
     const overSeen = pane.layer !== FELT;
     const hit = this.#hit(ray, overSeen);
     const at = hit?.place ?? this.#inAir(ray);
@@ -129,7 +130,7 @@ export class Probe {
   ease(time: number, warp: Warp | null): boolean {
     const elapsed = Math.min(Math.max(time - this.#eased, 0), 100) / 1e3;
     this.#eased = time;
-    if (this.pinned || this.#turn === null || !this.turning) return false;
+    if (this.#away || this.#turn === null || !this.turning) return false;
     this.#turn.slerp(this.#goal, 1 - Math.exp(-elapsed / TURNING));
     this.update(warp);
     return true;
@@ -137,7 +138,7 @@ export class Probe {
 
   /** Display the hand anew, with the warp as it now is. */
   update(warp: Warp | null): void {
-    if (this.#turn === null || this.pinned) return;
+    if (this.#turn === null || this.#away) return;
     const turn = new Matrix4().makeRotationFromQuaternion(this.#turn);
     const T = placed(this.#local, this.radii, turn, this.#skin, this.#normal);
     const joint = new Matrix4();
@@ -154,6 +155,13 @@ export class Probe {
     const index = this.#touching === null ? 0 : 1 << 1;
     for (const hand of [this.real, this.displayed]) hand.touch(index);
     this.reading = { mismatch: this.#mismatch(warp), touching: this.#touching };
+  }
+
+  /** Take the hand away, and bring it back. */
+  set away(away: boolean) {
+    this.#away = away;
+    this.#show(!away && this.#turn !== null);
+    this.reading = null;
   }
 
   #mismatch(warp: Warp | null): number | null {

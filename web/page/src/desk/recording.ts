@@ -1,7 +1,9 @@
 import { html, nothing, render, type TemplateResult } from "lit-html";
+import { Matrix4 } from "three";
 import type { Context } from "../context.js";
-import { readPositions, unpackChunk } from "../live/rows.js";
+import { unpackChunk } from "../live/rows.js";
 import type { Desk } from "./index.js";
+import { Replay } from "./replay.js";
 
 const PSEUDONYM = "[A-Za-z0-9][A-Za-z0-9_\\-]{0,31}";
 
@@ -10,15 +12,6 @@ interface Listed {
   readonly recording: string;
   readonly started: string;
   readonly ended: boolean;
-}
-
-interface Replay {
-  readonly columns: readonly string[];
-  readonly rows: Float64Array;
-  /** The row and time, in ms from the beginning, of each frame. */
-  readonly frames: readonly (readonly [row: number, time: number])[];
-  at: number;
-  playing: boolean;
 }
 
 /** The header's recording button, the consent that precedes it, and the replay. */
@@ -32,7 +25,6 @@ class RecordingControls {
   /** Whether the dialog lists recordings, or will as soon as the list is there. */
   #listing = false;
   #replay: Replay | null = null;
-  #weightless = new Float32Array(75);
 
   constructor(
     readonly context: Context,
@@ -62,7 +54,7 @@ class RecordingControls {
         const identity = tables.file?.identity ?? "none";
         const { realPoses, displayedPoses, radii } = probe;
         const weight = tables.current === null ? 0 : 1;
-        recorder.frame(time, 1, weight, touching, realPoses, displayedPoses, radii, identity);
+        recorder.frame(time, 1, weight, touching, realPoses, displayedPoses, radii, HERE, identity);
       }
       requestAnimationFrame(step);
     };
@@ -89,7 +81,14 @@ class RecordingControls {
     return html`
       ${status.onDevice.map(
         (name) => html`<button name="save-recording" @click=${() => this.#download(name)}>
-        Save recording ${name.slice(0, 4)}</button>`,
+        Save recording ${name.slice(0, 4)}</button>
+        ${
+          // what a server takes in the end is deleted there
+          state.live
+            ? nothing
+            : html`<button name="delete-recording" @click=${() => this.#confirmDelete(name)}>
+                Delete</button>`
+        }`,
       )}
       <button name="record" @click=${() => this.#ask()}>Record …</button>
       ${state.live && isThisMachine() ? html`<button name="replay" @click=${() => this.#list()}>Replay …</button>` : nothing}`;
@@ -109,9 +108,8 @@ class RecordingControls {
     this.#show(html`<form @submit=${submit}>
       <h2>Record the hands?</h2>
       <p>Recorded are, for each frame: the joints of both hands, real and displayed, their contacts,
-        the time, and which warp was in use. No picture, no sound, no name.
-        ${state.live ? "They go to this experiment's computer" : "They stay on this device until you save them"},
-        under the pseudonym below, and can be deleted at any time by naming it.</p>
+        where the prop stood, the time, and which warp was in use. No picture, no sound, no name.
+        ${state.live ? "They go to this experiment's computer, under the pseudonym below, and can be deleted at any time by naming it." : "They stay on this device, under the pseudonym below, until you save or delete them."}</p>
       <label>Pseudonym <input name="participant" required pattern=${PSEUDONYM} maxlength="32" .value=${suggestion}
         autocomplete="off" /></label>
       <label class="agree"><input type="checkbox" name="consent" required />
@@ -148,70 +146,56 @@ class RecordingControls {
     const answer = await fetch(`./recordings/${listed.participant}/${listed.recording}`);
     if (!answer.ok) return;
     const { header, numbers } = unpackChunk<{ columns: string[] }>(await answer.arrayBuffer());
-    const width = header.columns.length;
-    const time = header.columns.indexOf("time_ms");
-    const frames: [number, number][] = [];
-    for (let row = 0; row * width < numbers.length; row++) {
-      frames.push([row, numbers[row * width + time]! - numbers[time]!]);
-    }
-    this.#replay = { columns: header.columns, rows: numbers, frames, at: 0, playing: true };
-    this.desk.probe.pinned = true;
-    this.#play();
+    this.#replay = new Replay(this.desk.stage, header.columns, numbers);
+    this.desk.away = true;
+    this.#play(this.#replay);
   }
 
-  #play(): void {
+  #play(replay: Replay): void {
     let before = performance.now();
-    let moment = 0;
     const step = (now: number) => {
-      const replay = this.#replay;
-      if (replay === null) return;
-      if (replay.playing) {
-        moment = (replay.frames[replay.at]?.[1] ?? 0) + now - before;
-        while (replay.at + 1 < replay.frames.length && replay.frames[replay.at + 1]![1] <= moment) {
-          replay.at++;
-          before = now;
-        }
-        if (replay.at + 1 >= replay.frames.length) replay.playing = false;
-      } else before = now;
-      this.#showFrame(replay);
+      if (replay !== this.#replay) return;
+      // time that no moment has taken up counts on for the next
+      if (!replay.playing || replay.advance(now - before)) before = now;
+      replay.show();
       this.#render();
       requestAnimationFrame(step);
     };
     requestAnimationFrame(step);
   }
 
-  #showFrame(replay: Replay): void {
-    const start = (replay.frames[replay.at]?.[0] ?? 0) * replay.columns.length;
-    const { probe, stage } = this.desk;
-    const first = replay.columns.findIndex((name) => name.startsWith("radius."));
-    const radii = replay.rows.subarray(start + first, start + first + 25);
-    readPositions(replay.rows, start, 0, this.#weightless);
-    probe.real.place(this.#weightless, radii);
-    probe.ghost.place(this.#weightless, radii);
-    readPositions(replay.rows, start, 1, this.#weightless);
-    probe.displayed.place(this.#weightless, radii);
-    stage.draw();
-  }
-
   #replayControls(replay: Replay): TemplateResult {
-    const [, time] = replay.frames[replay.at] ?? [0, 0];
     const toggle = () => {
-      if (!replay.playing && replay.at + 1 >= replay.frames.length) replay.at = 0;
+      if (!replay.playing && replay.ended) replay.at = 0;
       replay.playing = !replay.playing;
     };
     const close = () => {
+      replay.dispose();
       this.#replay = null;
-      this.desk.probe.pinned = false;
+      this.desk.away = false;
       this.#render();
     };
     return html`<button name="play" @click=${toggle}>${replay.playing ? "Pause" : "Play"}</button>
-      <input type="range" name="moment" min="0" max=${Math.max(0, replay.frames.length - 1)} .value=${String(replay.at)}
+      <input type="range" name="moment" min="0" max=${Math.max(0, replay.moments.length - 1)} .value=${String(replay.at)}
         aria-label="moment" @input=${(e: Event) => {
           replay.playing = false;
           replay.at = Number((e.target as HTMLInputElement).value);
         }} />
-      <output>${(time / 1000).toFixed(1)} s</output>
+      <output>${(replay.time / 1000).toFixed(1)} s</output>
       <button name="close-replay" @click=${close}>Close</button>`;
+  }
+
+  #confirmDelete(name: string): void {
+    const remove = async () => {
+      await this.context.recorder.forget(name);
+      this.#dialog.close();
+    };
+    this.#show(html`<h2>Delete the recording?</h2>
+      <p>Recording ${name.slice(0, 4)} is on this device only, unless you have saved it.</p>
+      <menu>
+        <button @click=${() => this.#dialog.close()}>Keep it</button>
+        <button class="main" name="delete" @click=${remove}>Delete for good</button>
+      </menu>`);
   }
 
   async #download(recording: string): Promise<void> {
@@ -227,6 +211,9 @@ class RecordingControls {
     if (!this.#dialog.open) this.#dialog.showModal();
   }
 }
+
+/** The desk's room is the scene's own frame. */
+const HERE = new Matrix4().elements;
 
 function isThisMachine(): boolean {
   return ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname);

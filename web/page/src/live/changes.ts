@@ -4,62 +4,73 @@ import type { ChangeScene, FromServer } from "./messages.js";
 type Change = Omit<ChangeScene, "kind">;
 
 /**
+ * How far the last change has come: it waits for the server, is on its way, or the server has told
+ * a scene that holds it. What was on its way when the connection changed may be lost: it waits again.
+ *
+ *     waiting ──server met──▶ sent ──newer scene, or refused──▶ arrived
+ *        ▲                     │                                  │
+ *        └──connection changes─┴───────server begun anew──────────┘
+ */
+type Delivery = "waiting" | "sent" | "arrived";
+
+/**
  * What the person has changed in the scene, on its way to the server. A change that is made while the
  * server is gone is sent when it is back, and all that was not saved once more when it has begun anew.
  */
 export class Changes {
   /** Everything since the scene was last as its file says. */
   #unsaved: Change = {};
-  #unsent = false;
-  /** Whether the server may not have what was sent last. */
-  #inDoubt = false;
-  /** Whether the server has told its scene since the connection opened. */
-  #met = false;
-  #saving = false;
+  #delivery: Delivery = "arrived";
+  /** Whether it has told its scene since the connection changed. */
+  #server: "away" | "met" = "away";
   #revision = -1;
+  #save: "none" | "wanted" = "none";
 
   constructor(readonly connection: Connection | null) {
     connection?.listen((message) => this.#hear(message));
     connection?.listenStatus(() => {
-      this.#met = false;
-      if (this.#inDoubt) this.#unsent = true; // it may have got lost on the way
+      this.#server = "away";
+      if (this.#delivery === "sent") this.#delivery = "waiting";
     });
   }
 
   /** Change the scene; what is not given stays. */
   ask(change: Change): void {
     this.#unsaved = merged(this.#unsaved, change);
-    this.#inDoubt = true;
-    const sent = this.connection?.send({ kind: "change_scene", ...change });
-    if (sent === false) this.#unsent = true;
+    this.#send(change);
   }
 
   /** Save the scene to its file, once the server has all changes. */
   save(): void {
-    const sent = this.#met && !this.#unsent && this.connection?.send({ kind: "save_scene" });
-    this.#saving = !sent;
+    const ready = this.#server === "met" && this.#delivery !== "waiting";
+    const sent = ready && this.connection?.send({ kind: "save_scene" });
+    this.#save = sent ? "none" : "wanted";
   }
 
   #hear(message: FromServer): void {
     if (message.kind === "refused" && message.about === "change_scene") {
       this.#unsaved = {};
-      this.#inDoubt = false;
+      this.#delivery = "arrived";
     }
     if (message.kind !== "state") return;
-    const anew = message.revision < this.#revision;
-    if (message.revision > this.#revision) this.#inDoubt = false;
-    this.#revision = message.revision;
-    this.#met = true;
-    if (anew || this.#unsent) this.#sendAll();
-    else if (!message.unsaved) this.#unsaved = {};
-    if (this.#saving) this.save();
+    const { revision, unsaved } = message;
+    const anew = revision < this.#revision;
+    if (revision > this.#revision && this.#delivery === "sent") this.#delivery = "arrived";
+    this.#revision = revision;
+    this.#server = "met";
+    if (anew || this.#delivery === "waiting") this.#send(this.#unsaved);
+    else if (!unsaved && this.#delivery === "arrived") this.#unsaved = {};
+    if (this.#save === "wanted") this.save();
   }
 
-  #sendAll(): void {
-    this.#unsent = false;
-    if (Object.keys(this.#unsaved).length === 0) return;
-    const sent = this.connection?.send({ kind: "change_scene", ...this.#unsaved });
-    if (sent === false) this.#unsent = true;
+  #send(change: Change): void {
+    if (Object.keys(change).length === 0) {
+      this.#delivery = "arrived";
+      return;
+    }
+    const sent = this.connection?.send({ kind: "change_scene", ...change });
+    const waits = sent === false || (this.#delivery === "waiting" && change !== this.#unsaved);
+    this.#delivery = waits ? "waiting" : "sent";
   }
 }
 

@@ -86,6 +86,7 @@ export interface SceneState {
   readonly props: readonly PropState[];
   readonly planes: readonly Plane[];
   readonly outer_box: readonly [Vector, Vector];
+  readonly outer_fixed: boolean;
   readonly mismatch_weight: number;
   readonly tolerance_mm: number;
   readonly interaction: string;

@@ -106,6 +106,7 @@ export class Recorder {
     real: Float32Array,
     displayed: Float32Array,
     radii: Float32Array,
+    T_room_scene: ArrayLike<number>,
     warp: string,
   ): void {
     if (this.#begin === null) return;
@@ -115,7 +116,18 @@ export class Recorder {
     this.#warp = warp;
     if (this.#rowsInChunk === 0) this.#chunkSince = time;
     const start = this.#rowsInChunk * COLUMNS.length;
-    writeRow(this.#numbers, start, time, hand, weight, contacts, real, displayed, radii);
+    writeRow(
+      this.#numbers,
+      start,
+      time,
+      hand,
+      weight,
+      contacts,
+      real,
+      displayed,
+      radii,
+      T_room_scene,
+    );
     this.#rowsInChunk++;
     this.#rows++;
   }

@@ -1,3 +1,4 @@
+import type { Quaternion, Vector3 } from "three";
 import type { ChunkHeader } from "./messages.js";
 
 export const JOINTS = [
@@ -22,14 +23,17 @@ export const COLUMNS: readonly string[] = [
     JOINTS.flatMap((joint) => POSE.map((part) => `${which}.${joint}.${part}`)),
   ),
   ...JOINTS.map((joint) => `radius.${joint}`),
+  ...POSE.map((part) => `scene.${part}`),
 ];
 
 const FIRST_POSE = 4;
 const RADII = FIRST_POSE + 2 * 7 * JOINTS.length;
+const SCENE = RADII + JOINTS.length;
 
 /**
  * Write one hand of one frame as a row at `start`; allocates nothing.
  * @param poses 25 × 16 numbers each, column-major, as `XRFrame.fillPoses` gives them.
+ * @param T_room_scene column-major: where the scene stands.
  */
 export function writeRow(
   out: Float64Array,
@@ -41,6 +45,7 @@ export function writeRow(
   real: Float32Array,
   displayed: Float32Array,
   radii: Float32Array,
+  T_room_scene: ArrayLike<number>,
 ): void {
   out[start] = time;
   out[start + 1] = hand;
@@ -52,10 +57,11 @@ export function writeRow(
     writePose(out, place + 7 * JOINTS.length, displayed, 16 * joint);
     out[start + RADII + joint] = radii[joint]!;
   }
+  writePose(out, start + SCENE, T_room_scene, 0);
 }
 
 /** Position and unit quaternion of a rigid matrix, by its greatest component (Shepperd 1978). */
-function writePose(out: Float64Array, at: number, m: Float32Array, o: number): void {
+function writePose(out: Float64Array, at: number, m: ArrayLike<number>, o: number): void {
   out[at] = m[o + 12]!;
   out[at + 1] = m[o + 13]!;
   out[at + 2] = m[o + 14]!;
@@ -106,6 +112,21 @@ export function readPositions(
     const place = start + FIRST_POSE + 7 * (joint + which * JOINTS.length);
     for (let d = 0; d < 3; d++) out[3 * joint + d] = rows[place + d]!;
   }
+}
+
+/** Where the scene stood in the room; false in a recording that does not tell. */
+export function readScenePose(
+  rows: Float64Array,
+  start: number,
+  columns: readonly string[],
+  place: Vector3,
+  turn: Quaternion,
+): boolean {
+  const first = columns.indexOf("scene.x");
+  if (first < 0) return false;
+  place.fromArray(rows, start + first);
+  turn.fromArray(rows, start + first + 3);
+  return true;
 }
 
 /** A binary message: u32 length of the header, the header, padding to 8 bytes, float64 rows. */

@@ -42,6 +42,7 @@ export class Displacement {
   update(time: number, inputs: readonly HandInput[], wanted: boolean): void {
     const warp = this.#placedWarp();
     const { recorder, tables } = this.context;
+    const T_room_scene = matrix.elements;
     for (const input of inputs) {
       const { side, poses, radii } = input;
       const hand = this.hands[side];
@@ -55,7 +56,8 @@ export class Displacement {
       if (recorder.recording && input.tracked) {
         const identity = tables.file?.identity ?? "";
         const at = 1e3 * time;
-        recorder.frame(at, side, hand.weight, touching, poses, hand.poses, radii, identity);
+        const { poses: shown, weight } = hand;
+        recorder.frame(at, side, weight, touching, poses, shown, radii, T_room_scene, identity);
       }
     }
   }

@@ -1,7 +1,14 @@
 import { Matrix4, Quaternion, Vector3 } from "three";
 import { describe, expect, it } from "vitest";
 import { goalOf } from "../../src/desk/gizmo.js";
-import { COLUMNS, packChunk, readPositions, unpackChunk, writeRow } from "../../src/live/rows.js";
+import {
+  COLUMNS,
+  packChunk,
+  readPositions,
+  readScenePose,
+  unpackChunk,
+  writeRow,
+} from "../../src/live/rows.js";
 
 const one = new Vector3(1, 1, 1);
 
@@ -22,11 +29,24 @@ const TURNS = [
   new Quaternion(0.05, 0.02, 0.99, 0.01).normalize(),
 ];
 
+const SCENE = new Matrix4().compose(new Vector3(0.1, 0.8, -0.4), TURNS[0]!, one).elements;
+
 describe("a row of a recording", () => {
   const real = hand(TURNS);
   const displayed = hand(TURNS.slice(1));
   const row = new Float64Array(COLUMNS.length);
-  writeRow(row, 0, 1234.5678901234567, 1, 0.5, 2, real, displayed, new Float32Array(25).fill(0.5));
+  writeRow(
+    row,
+    0,
+    1234.5678901234567,
+    1,
+    0.5,
+    2,
+    real,
+    displayed,
+    new Float32Array(25).fill(0.5),
+    SCENE,
+  );
   const value = (name: string) => row[COLUMNS.indexOf(name)]!;
 
   it("has a named place for every number", () => {
@@ -54,6 +74,15 @@ describe("a row of a recording", () => {
     });
   });
 
+  it("tells where the scene stood", () => {
+    const [place, turn] = [new Vector3(), new Quaternion()];
+    expect(readScenePose(row, 0, COLUMNS, place, turn)).toBe(true);
+    expect(place.distanceTo(new Vector3(0.1, 0.8, -0.4))).toBeLessThan(1e-12);
+    expect(Math.abs(turn.dot(TURNS[0]!))).toBeCloseTo(1, 12);
+    const older = COLUMNS.filter((name) => !name.startsWith("scene."));
+    expect(readScenePose(row, 0, older, place, turn)).toBe(false);
+  });
+
   it("gives the positions back", () => {
     const out = new Float32Array(75);
     readPositions(row, 0, 1, out);
@@ -63,7 +92,7 @@ describe("a row of a recording", () => {
   it("keeps a lost joint as NaN", () => {
     const lost = real.slice().fill(Number.NaN, 0, 16);
     const other = new Float64Array(COLUMNS.length);
-    writeRow(other, 0, 0, 0, 0, 0, lost, lost, new Float32Array(25));
+    writeRow(other, 0, 0, 0, 0, 0, lost, lost, new Float32Array(25), SCENE);
     expect(other[COLUMNS.indexOf("real.wrist.x")]).toBeNaN();
     expect(other[COLUMNS.indexOf("real.wrist.qw")]).toBeNaN();
   });

@@ -94,6 +94,16 @@ describe("changes of the scene", () => {
     expect(sent).toHaveLength(2);
   });
 
+  it("that were on their way while another scene was told are not forgotten", () => {
+    hear(state(3, false));
+    changes.ask({ mismatch_weight: 3 });
+    hear(state(3, false)); // told before it arrived
+    tellStatus(false);
+    tellStatus(true);
+    hear(state(3, false));
+    expect(sent).toEqual(Array(2).fill({ kind: "change_scene", mismatch_weight: 3 }));
+  });
+
   it("are saved once the server has them all", () => {
     hear(state(0, false));
     changes.ask({ mismatch_weight: 3 });
