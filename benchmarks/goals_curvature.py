@@ -1,6 +1,7 @@
 """The weight of curvature in `match`, swept: mismatch of curvature against displacement.
 
-    python benchmarks/goals_curvature.py --data DIR [--only NAME ...] [--picture FILE.png]
+    python benchmarks/goals_curvature.py --data DIR [--only NAME ...] [--weights W ...]
+        [--picture FILE.png]
 
 A box whose edge is rounded by 10 mm shown with 30 mm, the mug as the tea cup, and a bottle as a
 banana. Claimed: the mismatch falls with every step of the weight, by 30 % at the far end.
@@ -10,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import itertools
+from collections.abc import Sequence
 from pathlib import Path
 
 from figures import Figure, print_figures, print_table
@@ -20,7 +22,7 @@ from touchwarp.scene import MatchGoal, Prop, Surface, read_mesh
 from touchwarp.scene.shapes import fillet_box
 from touchwarp.scene.vessels import mug, tea_cup
 
-WEIGHTS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0)
+WEIGHTS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
 SIZE = [0.1, 0.1, 0.1]
 
 
@@ -39,13 +41,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--only", nargs="*", default=["fillet", "mug", "bottle"])
+    parser.add_argument("--weights", type=float, nargs="*", default=WEIGHTS)
     parser.add_argument("--picture", type=Path)
     options = parser.parse_args()
     curves = {}
     for name in options.only:
         prop, virtual = shapes(name, options.data)
         rows, curve = [], []
-        for weight in WEIGHTS:
+        for weight in options.weights:
             spec = MatchGoal(virtual, curvature_weight=weight, tolerance_mm=0.1)
             told = match_goal(Prop("prop", prop), spec).report
             curve.append((told["displacement_mean"] * 1e3, told["curvature_mean"]))
@@ -72,10 +75,12 @@ def main() -> None:
         )
         curves[name] = curve
     if options.picture:
-        draw(options.picture, curves)
+        draw(options.picture, options.weights, curves)
 
 
-def draw(path: Path, curves: dict[str, list[tuple[float, float]]]) -> None:
+def draw(
+    path: Path, weights: Sequence[float], curves: dict[str, list[tuple[float, float]]]
+) -> None:
     """Mismatch against displacement, one curve a pair, weights beside the points."""
     from matplotlib.figure import Figure as Canvas
 
@@ -83,7 +88,7 @@ def draw(path: Path, curves: dict[str, list[tuple[float, float]]]) -> None:
     for k, (name, curve) in enumerate(curves.items()):
         axes = canvas.add_subplot(1, len(curves), k + 1)
         axes.plot(*zip(*curve, strict=True), "o-")
-        for weight, point in zip(WEIGHTS, curve, strict=True):
+        for weight, point in zip(weights, curve, strict=True):
             axes.annotate(f"{weight:g}", point, textcoords="offset points", xytext=(4, 4))
         axes.set(title=name, xlabel="displacement, mm", ylabel="curvature mismatch, 1/m")
     canvas.savefig(path, dpi=120)

@@ -165,11 +165,25 @@ def test_repair_tells_what_it_did(folder: Path, capsys: Told) -> None:
     assert inspect(whole).sound
 
 
+def test_align_keeps_upright_what_fits_about_as_well(folder: Path, capsys: Told) -> None:
+    write_mesh(folder / "egg.ply", ellipsoid([0.1, 0.1, 0.108], 0.5))
+    write_mesh(folder / "die.ply", box([0.086, 0.08, 0.08]))
+    turned = {}
+    for rotation in ("auto", "any"):
+        arguments = ["align", "egg.ply", "die.ply", "--unit", "m", "--virtual-unit", "m"]
+        assert main([*arguments, "--rotation", rotation]) == 0
+        pose = tomllib.loads(capsys.readouterr().out.splitlines()[0])["pose"]
+        turned[rotation] = pose_matrix((0, 0, 0), pose["rotation_deg"])[2, 2]
+    assert turned["auto"] == pytest.approx(1, abs=1e-9)
+    assert abs(turned["any"]) < 0.5  # the twin: the nearest pose is tilted by more than 60°
+
+
 def test_align_prints_a_pose_and_puts_it_into_a_scene(folder: Path, capsys: Told) -> None:
     brick = box([0.1, 0.06, 0.03])
     write_mesh(folder / "a.ply", brick)
     write_mesh(folder / "b.ply", brick.transformed(pose_matrix((0.1, 0, 0), (0, 0, 30))), 1e-2)
     arguments = ["align", "a.ply", "b.ply", "--unit", "m", "--virtual-unit", "cm"]
+    arguments += ["--rotation", "any"]
     assert main([*arguments, "-o", "there.ply"]) == 0
     told = capsys.readouterr().out
     pose = tomllib.loads(told.splitlines()[0])["pose"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -10,6 +12,7 @@ from tests.scan.scans import fine_mug
 from touchwarp.errors import SceneError
 from touchwarp.scan.align import align
 from touchwarp.scan.preparation import place
+from touchwarp.scene.mesh_file import read_mesh
 from touchwarp.scene.pose import pose_matrix
 from touchwarp.scene.shapes import box, cylinder, make_shape, polygon, sphere
 from touchwarp.scene.surface import Surface
@@ -78,6 +81,35 @@ def test_a_tea_cup_on_its_side_is_stood_on_a_mug_handle_on_handle(mug: Surface) 
     np.testing.assert_allclose(whole[2, :3], (0, 0, 1), atol=1e-9)  # upright, not tilted
     assert turn_deg(whole) < 10  # both handles are in +x
     assert cup.transformed(whole).bounds[0, 2] == pytest.approx(0, abs=1e-12)
+
+
+def handle_deg(surface: Surface) -> float:
+    """Azimuth of the point farthest from the vertical through the middle, below rim and spout."""
+    low, high = surface.bounds[:, 2]
+    below = surface.vertices[surface.vertices[:, 2] < low + 0.7 * (high - low)]
+    rim = surface.vertices[surface.vertices[:, 2] < low + 0.1 * (high - low)]
+    x, y = below[:, :2].T - (rim[:, :2].min(0) + rim[:, :2].max(0))[:, None] / 2
+    far = int((x**2 + y**2).argmax())
+    return float(np.degrees(np.arctan2(y[far], x[far])))
+
+
+@pytest.mark.needs_shared_data
+def test_a_pitcher_is_stood_on_a_cup_handle_on_handle(shared_data: Path) -> None:
+    cup, pitcher = (
+        read_mesh(shared_data / "data" / name, "m") for name in ("cup_blue.obj", "pitcher_ycb.obj")
+    )
+    T = place(cup, pitcher).T_prop_virtual
+    np.testing.assert_allclose(T[2, :3], (0, 0, 1), atol=1e-9)
+    apart = handle_deg(cup) - handle_deg(pitcher.transformed(T))
+    assert abs((apart + 180) % 360 - 180) < 20
+    # the twin: by distances alone it is laid on its side
+    assert abs(align(cup, pitcher).T_prop_virtual[2, 2]) < 0.5
+
+
+def test_a_brick_on_its_side_is_stood_on_a_tall_one() -> None:
+    tall, lying = box([0.06, 0.05, 0.18]), box([0.16, 0.07, 0.06])
+    T = place(tall, lying).T_prop_virtual
+    np.testing.assert_allclose(np.abs(T[2, :3]), (1, 0, 0), atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -27,10 +27,11 @@ if TYPE_CHECKING:
 @click.option("--scale", is_flag=True, help="Also find a uniform scale.")
 @click.option(
     "--rotation",
-    type=click.Choice(["any", "upright", "none"]),
-    default="any",
+    type=click.Choice(["auto", "any", "upright", "none"]),
+    default="auto",
     show_default=True,
-    help="Which turns are allowed; upright: about the vertical only.",
+    help="Which turns are allowed; upright: about the vertical only; auto: upright where that fits "
+    "about as well as any.",
 )
 @click.option(
     "-o",
@@ -57,6 +58,7 @@ def align_command(
     from touchwarp.outputs import claim, replacing
     from touchwarp.scan.align import align
     from touchwarp.scan.mesh_output import mesh_format, write_mesh
+    from touchwarp.scan.preparation import place
     from touchwarp.scan.scene_draft import posed_scene
     from touchwarp.scene.mesh_file import read_mesh, read_raw_mesh
     from touchwarp.scene.units import metres_per_unit
@@ -71,7 +73,10 @@ def align_command(
             mesh_format(output)
     with progress_bar("reading the meshes") as progress:
         felt, seen = read_mesh(prop, unit, up), read_mesh(virtual, virtual_unit, virtual_up)
-        found = align(felt, seen, scale=scale, rotation=rotation, progress=progress)
+        if rotation == "auto":
+            found = place(felt, seen, scale=scale, progress=progress)
+        else:
+            found = align(felt, seen, scale=scale, rotation=rotation, progress=progress)
     metres = read_raw_mesh(virtual).metres if virtual_unit is None else None
     if virtual_unit is not None:
         metres = metres_per_unit(virtual_unit)

@@ -23,15 +23,15 @@ Progress = Callable[[str, float], None]
 
 STANDING = np.cos(np.radians(15))
 """An aligned object with one axis nearer to the vertical is stood upright on it, …"""
-STOOD_WORTH = 1.25
-"""… if its misfit (p95 distances, both ways) is then at most this many times the best one's."""
+UPRIGHT_WORTH = 1.25
+"""… if its misfit (p95 distances, both ways) is then at most this many times the best one's, and so
+is one that stands in its file."""
+UNLIKE = 1.5
+"""Where one diagonal is so many times the other, distances hardly tell how the object is turned."""
 MOST_NEIGHBOURS = 40
 """A vertex with more, as in the middle of a fan, calls for remeshing …"""
 EVEN_FACES = 20_000
 """… to about so many triangles, more where a wall is thin."""
-
-SAME_WORTH = 1.1
-"""The file's own up axis stays up if the misfit is no more than this many times the best one's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +123,8 @@ def place(
     """The pose of a virtual object on a prop, upright where that fits about as well.
 
     The file's own up axis stays up unless another pose fits clearly better, as for an object that
-    lies on its side in its file.
+    lies on its side in its file. An object of very different size is turned about the vertical as
+    it would be at the prop's size, handle on handle.
 
     Args:
         prop, virtual: m, z up.
@@ -135,14 +136,14 @@ def place(
     upward = found.T_prop_virtual[2, :3] / found.scale
     axis = "xyz"[int(np.abs(upward).argmax())]
     nearest = axis if upward[np.abs(upward).argmax()] > 0 else f"-{axis}"
-    limits = {"z": SAME_WORTH * _misfit(found)}
-    if np.abs(upward).max() > STANDING:
-        limits[nearest] = STOOD_WORTH * _misfit(found)
-    for up, limit in limits.items():
+    standing = ["z"]
+    if np.abs(upward).max() > STANDING and nearest != "z":
+        standing.append(nearest)
+    limit = UPRIGHT_WORTH * _misfit(found)
+    for up in standing:
         T_stood_virtual = np.eye(4)
         T_stood_virtual[:3, :3] = up_rotation(up)
-        stood = virtual.transformed(T_stood_virtual)
-        upright = align(prop, stood, scale=scale, rotation="upright", progress=progress)
+        upright = _turned(prop, virtual.transformed(T_stood_virtual), scale, progress)
         if _misfit(upright) <= limit:
             found = replace(upright, T_prop_virtual=upright.T_prop_virtual @ T_stood_virtual)
             break
@@ -150,6 +151,29 @@ def place(
         drop = float(virtual.transformed(found.T_prop_virtual).bounds[0, 2])
         found = found.moved(prop, virtual, np.array([0.0, 0.0, -drop]))
     return found
+
+
+def _turned(prop: Surface, virtual: Surface, scale: bool, progress: Progress | None) -> Alignment:
+    """The best pose that turns about the vertical only."""
+    one, other = (float(np.linalg.norm(np.ptp(s.bounds, axis=0))) for s in (prop, virtual))
+    alike = align(
+        prop,
+        virtual,
+        scale=scale or max(one, other) > UNLIKE * min(one, other),
+        rotation="upright",
+        progress=progress,
+    )
+    if scale or alike.scale == 1.0:
+        return alike
+    T = np.eye(4)
+    T[:3, :3] = alike.T_prop_virtual[:3, :3] / alike.scale
+    moved = align(prop, virtual.transformed(T), rotation="none", progress=progress)
+    return replace(
+        moved,
+        T_prop_virtual=moved.T_prop_virtual @ T,
+        free_axes=alike.free_axes,
+        equal_poses=alike.equal_poses,
+    )
 
 
 def _misfit(found: Alignment) -> float:

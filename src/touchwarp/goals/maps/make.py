@@ -40,6 +40,9 @@ AREA_FACTOR, KEPT_AREA_FACTOR = 1.5, 1.02
 """By which faces may change ratios of area for being fewer: in any map, and where they are kept."""
 TOLERANCE_PARTS = (1.0, 0.5, 0.25)
 """Tried in turn until no face, as it cuts across an edge, looks turned to the certificate."""
+EASY_FIELDS, FIELD_GROWTH = 0.15, 3.0
+"""Weight of all fields that first maps can be refined with, and by what it then grows each time."""
+LAST_FIELD_PART = 0.7
 LANDMARK_WEIGHT = 100.0
 BASE_WEIGHT = 1e6
 """Holds what stands on the plane there, but for where straight edges bulge over its border."""
@@ -93,9 +96,20 @@ def match_goal(prop: Prop, spec: MatchGoal, progress: Progress | None = None) ->
         area_path=(max(2.0, spec.area_weight), max(0.5, spec.area_weight)),
         starts=spec.starts,
         seed=spec.seed,
+        field_path=_field_path(spec.normal_weight + spec.curvature_weight),
     )
     found, whole = _search(tidied, pair, plan, progress)
     return _goal(spec, pair, whole, found.energies, AREA_FACTOR, start, progress)
+
+
+def _field_path(weight: float) -> list[float]:
+    """Parts of the fields' whole weight to go through before all of it."""
+    path = []
+    part = EASY_FIELDS / weight if weight > 0 else 1.0
+    while part < LAST_FIELD_PART:
+        path.append(part)
+        part *= FIELD_GROWTH
+    return path
 
 
 def _search(

@@ -2,8 +2,8 @@
 
 Gauss–Newton on
 
-    w_d Σ A_i |g_i − x_i|² + w_s D(g − x) + w_a Σ A²/a + a − 2A + Σ_c w_c Σ A_i (G_c(g_i) − F_c,i)²
-    + w_l mean |g(l) − y_l|² + w_b Σ_b A_i (n·g_i − h)²
+    w_d Σ A_i |g_i − x_i|² + w_s D(g − x) + w_a Σ A²/a + a − 2A
+    + w_f Σ_c w_c Σ A_i (G_c(g_i) − F_c,i)² + w_l mean |g(l) − y_l|² + w_b Σ_b A_i (n·g_i − h)²
 
 where A_i are the prop's shares of area at its vertices, D the Dirichlet energy on the prop, A and a
 each triangle's share of area before and after, F_c and G_c fields on the two surfaces that the map
@@ -38,6 +38,7 @@ class Weights:
     displacement: float = 1.0
     smoothness: float = 0.0
     area: float = 0.0
+    fields: float = 1.0
     landmarks: float = 0.0
     base: float = 0.0
 
@@ -122,7 +123,13 @@ class MapProblem:
             near,
             np.concatenate([self.places[0], self.fields[0]], axis=1),
             (below.corners, below.mesh.neighbours, below.jumps, below.mesh.faces, self._both),
-            (weights.displacement, weights.smoothness, weights.area, weights.base),
+            (
+                weights.displacement,
+                weights.smoothness,
+                weights.area,
+                weights.fields,
+                weights.base,
+            ),
             self.vertex_shares,
             plane,
             on,
@@ -190,7 +197,8 @@ class MapProblem:
         self.locator.find(layout.points)
         gaps = self._gaps()
         energy = weights.displacement * float(self.vertex_shares @ (gaps[:, :3] ** 2).sum(axis=1))
-        energy += float(self.vertex_shares @ (gaps[:, 3:] ** 2).sum(axis=1))
+        squares = (gaps[:, 3:] ** 2).sum(axis=1)
+        energy += weights.fields * float(self.vertex_shares @ squares)
         if weights.smoothness:
             faces = self.prop.mesh.faces
             for k in range(3):
@@ -220,7 +228,7 @@ class MapProblem:
                 weights.displacement * self.vertex_shares, jacobian[:, :3], gaps[:, :3]
             )
         if jacobian.shape[1] > 3:
-            system.add_residuals(self.vertex_shares, jacobian[:, 3:], gaps[:, 3:])
+            system.add_residuals(weights.fields * self.vertex_shares, jacobian[:, 3:], gaps[:, 3:])
         if weights.smoothness:
             system.add_differences(
                 weights.smoothness * self._cotangents, jacobian[:, :3], gaps[:, :3]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -42,12 +42,26 @@ class Plan:
         area_path: weights of area that the coarsest level goes through first.
         starts: how many first maps are tried.
         seed: of everything random.
+        field_path: weights of all fields, after these; a strong field from the start gets stuck.
     """
 
     weights: Weights
     area_path: Sequence[float]
     starts: int
     seed: int
+    field_path: Sequence[float] = ()
+
+    @property
+    def easiest(self) -> Weights:
+        """Those of the energy, but for its fields, which count as at the start of their path."""
+        return replace(self.weights, fields=(*self.field_path, self.weights.fields)[0])
+
+    def path(self) -> Iterator[Weights]:
+        """The weights that the coarsest level goes through; those of the energy are the last."""
+        for area in self.area_path:
+            yield replace(self.easiest, area=area)
+        for fields in (*self.field_path, self.weights.fields):
+            yield replace(self.weights, fields=fields)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,12 +186,12 @@ def search_map(pair: Pair, plan: Plan, progress: Progress | None = None) -> Foun
 
 
 def _coarse(pair: Pair, plan: Plan, levels: Levels) -> float:
-    """Refine the coarsest level along the path of area weights; its energy at the end."""
+    """Refine the coarsest level along the plan's path; its energy at the end."""
     levels.relax(40)
     chosen, layout = levels.now()
     layout = polish_areas(layout, target_shares(layout.mesh.face_areas), COARSE_AREA_AIM)
     problem = pair.problem(layout, chosen)
-    for area in (*plan.area_path, plan.weights.area):
-        layout = problem.refine(layout, replace(plan.weights, area=area), COARSE_STEPS)
+    for weights in plan.path():
+        layout = problem.refine(layout, weights, COARSE_STEPS)
     levels.points[chosen] = layout.points
     return problem.energy(layout, plan.weights)

@@ -4,7 +4,7 @@ What is rough in a map, as after vertices returned, settles in a few rounds, and
 holds back the rest; what is smooth is for `refine`, which moves all at once. A vertex descends, by
 damped Newton steps on the domain, the energy of `refine` as a function of this vertex alone:
 
-    W |g − y|² + A_i Σ_c (G_c(g) − F_c,i)² + w_b A_i (n·g − h)² + w_a Σ A²/a + a
+    W |g − y|² + w_f A_i Σ_c (G_c(g) − F_c,i)² + w_b A_i (n·g − h)² + w_a Σ A²/a + a
 
 over the triangles around it. y is where displacement and smoothness want it, given its neighbours,
 and W the sum of their weights.
@@ -55,7 +55,7 @@ def settle(star, points, face, felt, virtual, weights, shares, plane, standing, 
         points: (n, 3) of the domain; face: (n,) virtual triangles near them. Both are changed.
         felt: (n, 3 + c) the prop's positions and fields.
         virtual: (corners, neighbours, jumps, faces, values), values (k, 3 + c) like `felt`.
-        weights: of displacement, smoothness, area, base.
+        weights: of displacement, smoothness, area, fields, base.
         shares: (n,) of area.
         plane: (4,) normal and height; standing: (n,) the vertices that shall show on it.
         rounds: how many.
@@ -82,8 +82,8 @@ def settle(star, points, face, felt, virtual, weights, shares, plane, standing, 
                     wanted[d] += weight * (felt[v, d] + seen[w, d] - felt[w, d])
             wanted[:3] /= total
             wanted[3:] = felt[v, 3:]
-            pull[:3], pull[3:] = total, shares[v]
-            hold = weights[3] * shares[v] if standing[v] else 0.0
+            pull[:3], pull[3:] = total, weights[3] * shares[v]
+            hold = weights[4] * shares[v] if standing[v] else 0.0
             aims = (wanted, pull, plane, hold, weights[2])
             x, y, z = points[v]
             frame = tangents(x, y, z, flat)

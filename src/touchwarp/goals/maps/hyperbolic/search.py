@@ -83,9 +83,9 @@ def search_classes(pair: MarkedPair, plan: Plan, progress: Progress | None = Non
         problem = pair.problem(layout, chosen)
         refined: Layout = layout
         for area in (FIRST_AREA, plan.weights.area):
-            weights = replace(plan.weights, area=area)
+            weights = replace(plan.easiest, area=area)
             refined = problem.refine(refined, weights, FIRST_STEPS, FIRST_ENOUGH)
-        energy = problem.energy(refined, plan.weights)
+        energy = problem.energy(refined, plan.easiest)
         if np.isfinite(energy):
             first = first.moved(refined.points)
             tried.append((energy, first))
@@ -150,11 +150,11 @@ def classes(marking: Marking) -> Iterator[dict[int, Word]]:
 
 
 def _coarse(pair: Pair, plan: Plan, grown: Regrown) -> float:
-    """Refine the coarsest level along the path of area weights; its energy at the end."""
+    """Refine the coarsest level along the plan's path; its energy at the end."""
     chosen, first = grown.now()
     problem = pair.problem(first, chosen)
     layout: Layout = first
-    for area in (*plan.area_path, plan.weights.area):
-        layout = problem.refine(layout, replace(plan.weights, area=area), COARSE_STEPS)
+    for weights in plan.path():
+        layout = problem.refine(layout, weights, COARSE_STEPS)
     grown.points[chosen] = layout.points
     return problem.energy(layout, plan.weights)
