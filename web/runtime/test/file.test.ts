@@ -267,6 +267,11 @@ describe("over HTTP", () => {
   let server: Server;
   let address = "";
   const requests: string[] = [];
+  /** What the server has not said yet. */
+  const rests: (() => void)[] = [];
+  const letThrough = () => {
+    for (const say of rests.splice(0)) say();
+  };
   beforeAll(async () => {
     server = createServer((request, response) => {
       const range = /bytes=(\d+)-(\d+)/.exec(request.headers.range ?? "");
@@ -282,7 +287,7 @@ describe("over HTTP", () => {
         const end = request.url!.startsWith("/cut-") ? 20_000 : bytes.length;
         response.writeHead(200);
         response.write(bytes.subarray(0, 12_000));
-        setTimeout(() => response.end(bytes.subarray(12_000, end)), 100);
+        rests.push(() => response.end(bytes.subarray(12_000, end)));
       }
     });
     await new Promise<void>((resolve) => server.listen(0, "127.0.0.1", resolve));
@@ -297,6 +302,7 @@ describe("over HTTP", () => {
       onLevel: (levels) => seen.push(levels),
     });
     expect(warp.levelsLoaded).toBe(1);
+    letThrough();
     await complete;
     expect(seen).toEqual([1, 4]);
     expect(difference(look(warp as Warp, "levels"), vector("levels.displacement"))).toBeLessThan(
@@ -314,6 +320,7 @@ describe("over HTTP", () => {
 
   test("a file that breaks off fails the promise of the rest", async () => {
     const { complete } = await openWarp(`${address}/cut-levels.warp`);
+    letThrough();
     await expect(complete).rejects.toThrow(/cannot be read \(\d+ bytes are missing\)/);
   });
 
