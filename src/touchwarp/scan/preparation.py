@@ -22,10 +22,10 @@ Float = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 STANDING = np.cos(np.radians(15))
-"""An aligned object with one axis nearer to the vertical is stood upright on it, …"""
+"""An aligned object with one axis nearer to the vertical can be stood upright on it …"""
 UPRIGHT_WORTH = 1.25
-"""… if its misfit (p95 distances, both ways) is then at most this many times the best one's, and so
-is one that stands in its file."""
+"""… or on the up axis of its file, if its misfit (p95 distances, both ways) is then at most so many
+times the best one's."""
 UNLIKE = 1.5
 """Where one diagonal is so many times the other, distances hardly tell how the object is turned."""
 MOST_NEIGHBOURS = 40
