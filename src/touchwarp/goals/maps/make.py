@@ -26,6 +26,7 @@ from touchwarp.goals.maps.parameterise import check_topology, lay_out, work_mesh
 from touchwarp.goals.maps.refine import Weights
 from touchwarp.goals.maps.search import Found, Pair, Plan, Progress, search_map
 from touchwarp.goals.maps.tidy import Tidied
+from touchwarp.goals.maps.unsheared import unsheared
 from touchwarp.goals.measure import measure_map
 from touchwarp.goals.surface_tree import SurfaceTree
 from touchwarp.scene.map_goals import AreaPreservingGoal, MatchGoal
@@ -42,7 +43,7 @@ TOLERANCE_PARTS = (1.0, 0.5, 0.25)
 """Tried in turn until no face, as it cuts across an edge, looks turned to the certificate."""
 LANDMARK_WEIGHT = 100.0
 BASE_WEIGHT = 1e6
-"""Holds what stands on the plane there, but for where straight edges bulge over its border."""
+"""Holds what stands on the plane there; on fine levels, to 0.01 mm."""
 LANDMARK_REACH = 0.02
 """Landmarks farther from their surface than this part of its diagonal are taken for mistakes."""
 
@@ -63,11 +64,12 @@ def area_preserving_goal(
         starts=spec.starts,
         seed=spec.seed,
     )
-    found, whole = _search(tidied, pair, plan, progress)
+    found = _search(pair, plan, progress)
     one, other = (
-        polish_areas(layout, target_shares(layout.mesh.face_areas), AREA_AIM) for layout in whole
+        polish_areas(layout, target_shares(layout.mesh.face_areas), AREA_AIM)
+        for layout in _whole(tidied, found.layout, pair.virtual)
     )
-    return _goal(spec, pair, (one, other), found.energies, KEPT_AREA_FACTOR, start, progress)
+    return _goal(spec, pair, found, (one, other), _area_spread(one), start, progress)
 
 
 def match_goal(prop: Prop, spec: MatchGoal, progress: Progress | None = None) -> Goal:
@@ -94,19 +96,29 @@ def match_goal(prop: Prop, spec: MatchGoal, progress: Progress | None = None) ->
         starts=spec.starts,
         seed=spec.seed,
     )
-    found, whole = _search(tidied, pair, plan, progress)
-    return _goal(spec, pair, whole, found.energies, AREA_FACTOR, start, progress)
+    found = _search(pair, plan, progress)
+    layouts = found.layout, pair.virtual
+    if not isinstance(pair, MarkedPair):
+        layouts = unsheared(pair, found.layout, plan.fine_weights)
+    whole = _whole(tidied, *layouts)
+    return _goal(spec, pair, found, whole, _area_spread(found.layout), start, progress)
 
 
-def _search(
-    tidied: tuple[Tidied, Tidied], pair: Pair, plan: Plan, progress: Progress | None
-) -> tuple[Found, tuple[Layout, Layout]]:
-    """The map found, and the whole meshes' layouts, needles included."""
+def _search(pair: Pair, plan: Plan, progress: Progress | None) -> Found:
     if isinstance(pair, MarkedPair):
-        found = search_classes(pair, plan, progress)
-        return found, (found.layout, pair.virtual)
-    found = search_map(pair, plan, progress)
-    return found, (tidied[0].restore(found.layout), tidied[1].restore(pair.virtual))
+        return search_classes(pair, plan, progress)
+    return search_map(pair, plan, progress)
+
+
+def _whole(tidied: tuple[Tidied, Tidied], prop: Layout, virtual: Layout) -> tuple[Layout, Layout]:
+    """The whole meshes' layouts, needles included."""
+    if prop.mesh.genus > 1:
+        return prop, virtual  # nothing was taken out of them
+    return tidied[0].restore(prop), tidied[1].restore(virtual)
+
+
+def _area_spread(layout: Layout) -> float:
+    return spread(layout.shares, target_shares(layout.mesh.face_areas))
 
 
 def _pair(
@@ -179,9 +191,9 @@ def _on_surface(mesh: ClosedMesh, points: Float, what: str) -> Float:
 def _goal(
     spec: AreaPreservingGoal | MatchGoal,
     pair: Pair,
+    found: Found,
     whole: tuple[Layout, Layout],
-    energies: list[float],
-    area_factor: float,
+    area_spread: float,
     start: float,
     progress: Progress | None,
 ) -> Goal:
@@ -192,6 +204,7 @@ def _goal(
     layout, virtual = whole
     tree = SurfaceTree(spec.virtual.vertices, spec.virtual.faces)
     pairs = pair.landmarks if len(pair.landmarks) else None
+    area_factor = AREA_FACTOR if isinstance(spec, MatchGoal) else KEPT_AREA_FACTOR
     for part in TOLERANCE_PARTS:
         points, images, faces = linear_map(
             layout, virtual, part * spec.tolerance_mm * 1e-3, area_factor
@@ -205,9 +218,9 @@ def _goal(
         **measured,
         "domain": ("sphere", "torus", "hyperbolic")[min(layout.mesh.genus, 2)],
         "domain_flips": int((layout.shares <= 0).sum() + (virtual.shares <= 0).sum()),
-        "domain_area_std": spread(layout.shares, target_shares(layout.mesh.face_areas)),
+        "domain_area_std": area_spread,
         "transport_cost_m2": _transport_cost(layout, virtual),
-        "start_energies": energies,
+        "start_energies": found.energies,
         "image_distance_max": measured["distance_max"],
         "search_seconds": searched - start,
         "seconds": time.perf_counter() - start,
