@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -69,7 +70,7 @@ def area_preserving_goal(
         polish_areas(layout, target_shares(layout.mesh.face_areas), AREA_AIM)
         for layout in _whole(tidied, found.layout, pair.virtual)
     )
-    return _goal(spec, pair, found, (one, other), _area_spread(one), start, progress)
+    return _goal(spec, pair, found, [(one, other)], _area_spread(one), start, progress)
 
 
 def match_goal(prop: Prop, spec: MatchGoal, progress: Progress | None = None) -> Goal:
@@ -97,11 +98,11 @@ def match_goal(prop: Prop, spec: MatchGoal, progress: Progress | None = None) ->
         seed=spec.seed,
     )
     found = _search(pair, plan, progress)
-    layouts = found.layout, pair.virtual
+    choices = [(found.layout, pair.virtual)]
     if not isinstance(pair, MarkedPair):
-        layouts = unsheared(pair, found.layout, plan.fine_weights)
-    whole = _whole(tidied, *layouts)
-    return _goal(spec, pair, found, whole, _area_spread(found.layout), start, progress)
+        choices.insert(0, unsheared(pair, found.layout, plan.fine_weights))
+    wholes = [_whole(tidied, *layouts) for layouts in choices]
+    return _goal(spec, pair, found, wholes, _area_spread(found.layout), start, progress)
 
 
 def _search(pair: Pair, plan: Plan, progress: Progress | None) -> Found:
@@ -192,20 +193,22 @@ def _goal(
     spec: AreaPreservingGoal | MatchGoal,
     pair: Pair,
     found: Found,
-    whole: tuple[Layout, Layout],
+    choices: list[tuple[Layout, Layout]],
     area_spread: float,
     start: float,
     progress: Progress | None,
 ) -> Goal:
-    """The goal on triangles fine enough for the tolerance, with its report."""
+    """The goal on triangles fine enough for the tolerance, with its report.
+
+    Of the layouts to choose from, the first that give no face that looks turned are taken.
+    """
     if progress is not None:
         progress("cutting the surfaces along one another", 0.0)
     searched = time.perf_counter()
-    layout, virtual = whole
     tree = SurfaceTree(spec.virtual.vertices, spec.virtual.faces)
     pairs = pair.landmarks if len(pair.landmarks) else None
     area_factor = AREA_FACTOR if isinstance(spec, MatchGoal) else KEPT_AREA_FACTOR
-    for part in TOLERANCE_PARTS:
+    for (layout, virtual), part in product(choices, TOLERANCE_PARTS):
         points, images, faces = linear_map(
             layout, virtual, part * spec.tolerance_mm * 1e-3, area_factor
         )
