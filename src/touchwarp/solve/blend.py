@@ -34,6 +34,16 @@ NOTHING = 1e-12
 PITCH = 1e-3
 """m, between the samples that stand for the line of contact."""
 
+BESIDE = 2e-3
+"""m: of samples that near to one another, …"""
+
+STEEP = 0.02
+"""… those do not touch that stand above others by more than this part of the way to them. A rounded
+foot is within `CONTACT` of its table some way up, where its goal may well lift it."""
+
+FLUSH = 1e-6
+"""m: samples this near to the surface touch it in any case."""
+
 
 @dataclass(frozen=True, eq=False)
 class Terms:
@@ -254,11 +264,31 @@ def _near(
     shape = corner.max(axis=0) + 1
     key = (corner[:, 0] * shape[1] + corner[:, 1]) * shape[2] + corner[:, 2]
     touching = touching[np.unique(key, return_index=True)[1]]
+    touching = touching[~_raised(samples[touching], distance[touching])]
     return (
         cKDTree(samples[touching]),
         candidates[face[touching]].astype(np.int32),
         barycentric[touching],
     )
+
+
+def _raised(samples: NDArray[np.float64], distance: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(n,): which samples (n, 3) near a fixed surface stand clear of it beside others that touch.
+
+    Args:
+        samples: m, scene frame.
+        distance: (n,) m, from the surface.
+    """
+    raised = np.zeros(len(samples), bool)
+    lifted = np.flatnonzero(distance > FLUSH)
+    if len(lifted) == 0:
+        return raised
+    beside = cKDTree(samples).query_ball_point(samples[lifted], BESIDE, workers=threads())
+    count = np.array([len(rows) for rows in beside])
+    one, other = np.repeat(lifted, count), np.concatenate(beside).astype(np.int64)
+    way = np.linalg.norm(samples[one] - samples[other], axis=1)
+    raised[one[distance[one] - distance[other] > STEEP * way + FLUSH]] = True
+    return raised
 
 
 def _spread(

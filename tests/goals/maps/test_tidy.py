@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from touchwarp.goals.maps.closed_mesh import ClosedMesh, closed_mesh
+from touchwarp.goals.maps.embed import relax_layout
+from touchwarp.goals.maps.layout import Layout
 from touchwarp.goals.maps.parameterise import TIDY, lay_out, work_mesh
-from touchwarp.goals.maps.tidy import tidy
+from touchwarp.goals.maps.tidy import Tidied, tidy
 from touchwarp.goals.surface_tree import SurfaceTree
 from touchwarp.scene.surface import Surface
 
@@ -51,6 +53,35 @@ def test_the_claim_rejects_needles_put_back_onto_their_neighbours() -> None:
     points = layout.points.copy()
     points[tidied.removed] = points[tidied.rings[:, 0]]
     assert (layout.moved(points).shares <= 1e-15).any()
+
+
+A_HAIR = 1e-3
+"""On a torus of area 1, where edges of that mesh are some 0.05 long."""
+
+
+def off_their_places(layout: Layout, tidied: Tidied, below: Layout) -> float:
+    """How far vertices that came back are from where the mesh without them has their points."""
+    back = tidied.whole.vertices[tidied.removed]
+    tree = SurfaceTree(tidied.mesh.vertices, tidied.mesh.faces)
+    nearest = tree.nearest(back)
+    own = np.einsum("nk,nkd->nd", tree.weights(nearest), below.corners[nearest.elements])
+    gap = layout.points[tidied.removed] - own
+    gap[:, :2] -= np.rint(gap[:, :2])
+    return float(np.linalg.norm(gap, axis=1).max())
+
+
+def test_needles_come_back_to_their_own_places() -> None:
+    tidied = tidy(with_needles(ring_surface()), TIDY, 0.0)
+    below = lay_out(tidied.mesh)
+    assert off_their_places(tidied.restore(below), tidied, below) < A_HAIR
+
+
+def test_the_claim_rejects_needles_that_were_given_room() -> None:
+    """The twin: with even triangles around them the map would tear along them."""
+    tidied = tidy(with_needles(ring_surface()), TIDY, 0.0)
+    below = lay_out(tidied.mesh)
+    evened = relax_layout(tidied.restore(below))
+    assert off_their_places(evened, tidied, below) > A_HAIR
 
 
 def test_a_mesh_without_needles_stays_as_it_is() -> None:

@@ -25,7 +25,9 @@ LEAST_ON_SPHERE = 4
 LEAST_ON_TORUS = 7
 
 
-def embed(mesh: ClosedMesh, corner_shift: NDArray[np.float64]) -> NDArray[np.float64]:
+def embed(
+    mesh: ClosedMesh, corner_shift: NDArray[np.float64], shape: float = DIRICHLET
+) -> NDArray[np.float64]:
     """(n, 3) points of the domain: unit vectors, or (x, y, 1) on the torus of area 1.
 
     Args:
@@ -61,6 +63,7 @@ def embed(mesh: ClosedMesh, corner_shift: NDArray[np.float64]) -> NDArray[np.flo
         left.removed_shift,
         1.0 if flat else 4 * np.pi,
         flat,
+        shape,
     )
     if turned:
         raise GoalError(
@@ -80,7 +83,7 @@ def relax_layout(layout: Layout) -> Layout:
     scale = layout.domain_area / (mesh.area / mesh.diagonal**2)
     target, slope = np.empty((MOST_NEIGHBOURS, 4)), np.empty(9)
     state = (vertices, points, ring, shift, degree, alive)
-    sweep(*state, scale, target, slope, layout.flat, RELAXING_SWEEPS)
+    sweep(*state, scale, target, slope, layout.flat, RELAXING_SWEEPS, DIRICHLET)
     return layout.moved(points)
 
 
@@ -134,6 +137,7 @@ def _put_back(
     removed_shift,
     total,
     flat,
+    shape,
 ):
     target = np.empty((MOST_NEIGHBOURS, 4))
     slope = np.empty(9)
@@ -141,8 +145,9 @@ def _put_back(
     count = alive.sum()
     turned = 0
     scale = area_scale(vertices, ring, degree, alive, total)
+    state = (vertices, points, ring, shift, degree, alive)
     if flat:
-        sweep(vertices, points, ring, shift, degree, alive, scale, target, slope, flat, 60)
+        sweep(*state, scale, target, slope, flat, 60, shape)
     due = int(count * 1.4) + 1
     for r in range(len(removed) - 1, -1, -1):
         v, k = removed[r], removed_degree[r]
@@ -160,24 +165,24 @@ def _put_back(
         for j in range(-1, k + 1):
             w = v if j < 0 or j == k else removed_ring[r, j]
             set_targets(vertices, ring, degree, w, scale, target)
-            relax(points, ring, shift, degree, w, target, DIRICHLET, slope, flat)
+            relax(points, ring, shift, degree, w, target, shape, slope, flat)
         if count >= due:
             due = int(count * 1.4) + 1
             scale = area_scale(vertices, ring, degree, alive, total)
             rounds = SWEEPS if count > 1500 else 40
-            sweep(vertices, points, ring, shift, degree, alive, scale, target, slope, flat, rounds)
+            sweep(*state, scale, target, slope, flat, rounds, shape)
     scale = area_scale(vertices, ring, degree, alive, total)
-    sweep(vertices, points, ring, shift, degree, alive, scale, target, slope, flat, SWEEPS)
+    sweep(*state, scale, target, slope, flat, SWEEPS, shape)
     return turned
 
 
 @njit(cache=True, error_model="numpy")
-def sweep(vertices, points, ring, shift, degree, alive, scale, target, slope, flat, rounds):
+def sweep(vertices, points, ring, shift, degree, alive, scale, target, slope, flat, rounds, shape):
     for _ in range(rounds):
         for v in range(len(vertices)):
             if alive[v]:
                 set_targets(vertices, ring, degree, v, scale, target)
-                relax(points, ring, shift, degree, v, target, DIRICHLET, slope, flat)
+                relax(points, ring, shift, degree, v, target, shape, slope, flat)
 
 
 @njit(cache=True, error_model="numpy")

@@ -15,7 +15,7 @@ from touchwarp.goals.maps.closed_mesh import ClosedMesh
 from touchwarp.goals.maps.collapse import collapse_to
 from touchwarp.goals.maps.embed import DIRICHLET, area_scale, sweep
 from touchwarp.goals.maps.layout import Layout
-from touchwarp.goals.maps.rings import MOST_NEIGHBOURS, build_rings, place_in_ring, restore
+from touchwarp.goals.maps.rings import MOST_NEIGHBOURS, build_rings, restore
 from touchwarp.goals.maps.star import kernel_point, relax, set_targets
 
 RELAXING_ROUNDS = 10
@@ -73,7 +73,8 @@ class Levels:
         total = self._layout.domain_area
         scale = area_scale(self._vertices, left.ring, left.degree, left.alive, total)
         target, slope = np.empty((MOST_NEIGHBOURS, 4)), np.empty(9)
-        sweep(self._vertices, self.points, *rings, left.alive, scale, target, slope, flat, rounds)
+        state = (self._vertices, self.points, *rings, left.alive)
+        sweep(*state, scale, target, slope, flat, rounds, DIRICHLET)
 
     def put_back(self, count: int) -> None:
         """Let vertices return until `count` are there."""
@@ -94,7 +95,6 @@ class Levels:
             last,
             self._layout.domain_area / (self._layout.mesh.area / self._layout.mesh.diagonal**2),
             self._layout.flat,
-            False,
         )
         self._due = last
         self.relax(RELAXING_ROUNDS)
@@ -139,23 +139,13 @@ def return_vertices(
     last,
     scale,
     flat,
-    find_shifts,
 ):
-    """Let the vertices removed[last:first] return, the last one first, and relax them.
-
-    With `find_shifts`, the periods of a ring are those that it has in the star of its first vertex,
-    onto which the one that returns went.
-    """
+    """Let the vertices removed[last:first] return, the last one first, and relax them."""
     target = np.empty((MOST_NEIGHBOURS, 4))
     slope = np.empty(9)
     corners = np.empty((MOST_NEIGHBOURS, 3))
     for r in range(first - 1, last - 1, -1):
         v, k = removed[r], removed_degree[r]
-        if find_shifts:
-            onto = removed_ring[r, 0]
-            for j in range(1, k):
-                i = place_in_ring(ring, degree, onto, removed_ring[r, j])
-                removed_shift[r, j] = shift[onto, i]
         for j in range(k):
             w = removed_ring[r, j]
             corners[j, 0] = points[w, 0] + removed_shift[r, j, 0]

@@ -103,13 +103,20 @@ class MapProblem:
         tables = corner_tables(mesh.faces, ring, degree, self.target, self._cotangents)
         self._star = (ring, shift, degree, *tables)
 
-    def settle(self, layout: Layout, weights: Weights, rounds: int) -> Layout:
+    def settle(
+        self,
+        layout: Layout,
+        weights: Weights,
+        rounds: int,
+        chosen: NDArray[np.int64] | None = None,
+    ) -> Layout:
         """Move one vertex after another, each to where it is best among its neighbours.
 
         Args:
             layout: the prop's layout over the virtual one's; no triangle turned over.
             weights: of the terms; landmarks are left to `refine`.
             rounds: how many.
+            chosen: (k,) the vertices that may move; None: all.
         """
         n, standing = len(layout.points), self.standing
         points, near = layout.points.copy(), self.locator.find(layout.points).copy()
@@ -133,6 +140,7 @@ class MapProblem:
             self.vertex_shares,
             plane,
             on,
+            np.arange(n) if chosen is None else chosen,
             rounds,
             layout.flat,
         )

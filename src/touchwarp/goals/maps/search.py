@@ -27,8 +27,9 @@ NEARLY_ALL = 0.5
 COARSE_STEPS, MIDDLE_STEPS, FINE_STEPS = 60, 20, 6
 SETTLING_ROUNDS = 20
 COARSE_AREA_AIM = 0.03
-FINE_LANDMARKS = 100.0
-"""Landmarks count so much more from the second level on, when they are near already."""
+FINE_HOLD = 100.0
+"""Landmarks and the base count so much more from the second level on, when they are near already.
+"""
 NORMAL_SHARE = 0.3
 """Of normals beside positions, when first maps are compared."""
 
@@ -62,6 +63,12 @@ class Plan:
             yield replace(self.easiest, area=area)
         for fields in (*self.field_path, self.weights.fields):
             yield replace(self.weights, fields=fields)
+
+    @property
+    def fine_weights(self) -> Weights:
+        """The weights from the second level on."""
+        own = self.weights
+        return replace(own, landmarks=FINE_HOLD * own.landmarks, base=FINE_HOLD * own.base)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +179,7 @@ def search_map(pair: Pair, plan: Plan, progress: Progress | None = None) -> Foun
         best.put_back(whole if count > NEARLY_ALL * whole else count)
         chosen, layout = best.now()
         steps = FINE_STEPS if best.whole else MIDDLE_STEPS
-        weights = replace(plan.weights, landmarks=FINE_LANDMARKS * plan.weights.landmarks)
+        weights = plan.fine_weights
         problem = pair.problem(layout, chosen)
         layout = problem.settle(layout, weights, SETTLING_ROUNDS)
         layout = problem.refine(

@@ -46,8 +46,10 @@ def corner_tables(faces, ring, degree, of_faces, of_corners):
 
 
 @njit(cache=True, error_model="numpy")
-def settle(star, points, face, felt, virtual, weights, shares, plane, standing, rounds, flat):
-    """Move all vertices, so many rounds.
+def settle(
+    star, points, face, felt, virtual, weights, shares, plane, standing, chosen, rounds, flat
+):
+    """Move the chosen vertices, so many rounds.
 
     Args:
         star: (ring, shift, degree) of the prop's mesh (see `rings`), then for each neighbour (n, …)
@@ -58,6 +60,7 @@ def settle(star, points, face, felt, virtual, weights, shares, plane, standing, 
         weights: of displacement, smoothness, area, fields, base.
         shares: (n,) of area.
         plane: (4,) normal and height; standing: (n,) the vertices that shall show on it.
+        chosen: (k,) the vertices that may move, in the order in which they do.
         rounds: how many.
         flat: whether the domain is the torus.
     """
@@ -72,7 +75,7 @@ def settle(star, points, face, felt, virtual, weights, shares, plane, standing, 
     corners, gradient = np.empty((3, 3)), np.empty((3, 3))
     own, trial, spare = np.empty(channels), np.empty(3), np.empty((channels, 2))
     for _ in range(rounds):
-        for v in range(n):
+        for v in chosen:
             total = weights[0] * shares[v]
             wanted[:3] = total * felt[v, :3]
             for i in range(degree[v]):

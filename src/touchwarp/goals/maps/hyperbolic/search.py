@@ -25,7 +25,6 @@ from touchwarp.goals.maps.layout import Layout
 from touchwarp.goals.maps.search import (
     COARSE_STEPS,
     COARSEST,
-    FINE_LANDMARKS,
     GROWTH,
     Found,
     Pair,
@@ -105,7 +104,7 @@ def search_classes(pair: MarkedPair, plan: Plan, progress: Progress | None = Non
         if energies[-1] <= min(energies):
             best = grown
     assert best is not None
-    weights = replace(plan.weights, landmarks=FINE_LANDMARKS * plan.weights.landmarks)
+    weights = plan.fine_weights
     sound = int(SOUND * len(best.points))
     while not best.whole:
         if best.count >= sound:
