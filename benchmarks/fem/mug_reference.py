@@ -4,8 +4,8 @@
 
 NGSolve on netgen's tetrahedra between the mug's own triangles, split, and the outer box: nothing of
 the mug's shape is approximated. Solved with quadratic and with cubic elements; their difference is
-told as the error. That of the cubic ones, which are saved, is smaller. Takes some minutes; the mesh
-is kept beside the result and used again.
+told as the error. That of the cubic ones, which are saved, is smaller. How long the
+cubic ones take is not known (`docs/limits.md`); the mesh is kept beside the result and used again.
 """
 
 from __future__ import annotations
