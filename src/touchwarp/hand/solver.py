@@ -33,7 +33,11 @@ from touchwarp.hand.kinematics import (
 )
 
 STEPS = 24
-"""Steps at most; 6 to 12 do."""
+"""Steps at most; 6 to 10 do."""
+
+NEWTON_STEPS = 10
+"""So many steps may be Newton's. What has not settled by then has joints at their limits, between
+which such steps go to and fro; damped ones bring its fingertips home first."""
 
 SETTLED, SETTLED_DAMPED = 2e-3, 1e-4
 """rad, and shares of 0.1 m: a step as small as that is the last one before and after the halt at
@@ -109,7 +113,7 @@ def solve_hand(
         multiply(palm_turn, turn.T, work)
         rotation_vector(work, theta)
         for attempt in range(2):
-            curved = attempt == 0
+            curved = attempt == 0 and step < NEWTON_STEPS
             definite = True
             A[:] = 0.0
             for d in range(3):

@@ -26,8 +26,13 @@ import {
   turnBy,
 } from "./rotation.js";
 
-/** Steps at most; 6 to 12 do. */
+/** Steps at most; 6 to 10 do. */
 const STEPS = 24;
+/**
+ * So many may be Newton's. What has not settled by then has joints at their limits, between which
+ * such steps go to and fro; damped ones bring its fingertips home first.
+ */
+const NEWTON_STEPS = 10;
 /**
  * rad, and shares of 0.1 m: a step as small as that is the last one before and after the halt at
  * which what has been held back is added to the targets. Newton's next would be its square.
@@ -102,7 +107,7 @@ export class HandSolver {
       const halt = halts === 0 && (settled || step === STEPS / 2);
       halts += halt ? 1 : 0;
       this.linearise(halt);
-      const curved = this.eliminate(true);
+      const curved = step < NEWTON_STEPS && this.eliminate(true);
       if (!curved) {
         this.eliminate(false);
       }
