@@ -285,7 +285,8 @@ def _refusal(before: Soundness, genus: int, reason: str, bound: float, failed: l
         f"needed is one closed surface of genus {genus} ({reason}) within {bound * 1e3:.3g} mm of "
         f"99 % of it. Tried: {'; '.join(failed)}. Without --voxel-mm the wraps "
         f"end at {MOST_WORK / 1e6:.3g} million voxel corners. "
-        "Ask for another genus (--genus) if that one is wrong, allow more (--bound-mm), give a smaller voxel (--voxel-mm) for thin walls, or scan "
+        "Ask for another genus (--genus) if that one is wrong, "
+        "allow more (--bound-mm), give a smaller voxel (--voxel-mm) for thin walls, or scan "
         "what is missing."
     )
 
