@@ -55,6 +55,43 @@ def with_speck(surface: Surface) -> Surface:
     )
 
 
+def with_tunnel(surface: Surface, at: list[float]) -> Surface:
+    """A narrow tunnel through a wall: two faces that lie opposite are joined by a prism.
+
+    The face nearest to `at` goes, and so does the one behind it whose middle is nearest.
+    """
+    middles = surface.vertices[surface.faces].mean(axis=1)
+    near = int(np.linalg.norm(middles - at, axis=1).argmin())
+    a, b, c = surface.vertices[surface.faces[near]]
+    normal = np.cross(b - a, c - a) / np.linalg.norm(np.cross(b - a, c - a))
+    way = middles - middles[near]
+    depth = -way @ normal
+    aside = np.linalg.norm(way + depth[:, None] * normal, axis=1)
+    opposite = (
+        np.cross(
+            *(
+                surface.vertices[surface.faces[:, k]] - surface.vertices[surface.faces[:, 0]]
+                for k in (1, 2)
+            )
+        )
+        @ normal
+        < 0
+    )
+    behind = int(np.where(opposite & (depth > 1e-3) & (depth < 0.01), aside, np.inf).argmin())
+    near_rim, far_rim = surface.faces[near], surface.faces[behind][::-1]
+    # the turn that twists the prism least
+    turns = [np.roll(far_rim, k) for k in range(3)]
+    gaps = [
+        np.linalg.norm(surface.vertices[t] - surface.vertices[near_rim], axis=1).sum()
+        for t in turns
+    ]
+    far_rim = turns[int(np.argmin(gaps))]
+    ahead, beyond = np.roll(near_rim, -1), np.roll(far_rim, -1)
+    walls = [np.stack(t, axis=1) for t in ((near_rim, ahead, beyond), (near_rim, beyond, far_rim))]
+    kept = np.delete(surface.faces, [near, behind], axis=0)
+    return Surface(surface.vertices, np.concatenate([kept, *walls]))
+
+
 def on_table(surface: Surface, side: float = 0.3, spacing: float = 4e-3) -> Surface:
     """A square of table at z = 0 around it; nothing is seen below the foot.
 

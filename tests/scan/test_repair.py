@@ -93,6 +93,15 @@ def test_a_voxel_that_closes_the_handle_or_breaks_the_wall_is_refused(mug: Surfa
         repair(shattered(mug), genus=1, voxel_mm=30.0)
 
 
+def test_wraps_end_at_a_bound_of_work(mug: Surface, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("touchwarp.scan.repair.MOST_WORK", 1000)
+    with pytest.raises(SceneError, match=r"genus 1 \(asked for\).*end at 0.001 million") as refused:
+        repair(shattered(mug), genus=1)
+    assert "wrapped" not in str(refused.value)
+    # the twin: a voxel that is asked for is tried whatever the bound
+    assert repair(shattered(mug), genus=1, voxel_mm=1.6, faces=None).genus == 1
+
+
 def test_a_bound_that_is_not_met_is_refused(mug: Surface) -> None:
     with pytest.raises(SceneError, match="1 % of the input lies more than"):
         repair(shattered(mug), genus=1, voxel_mm=1.5, bound_mm=0.01)

@@ -110,7 +110,13 @@ def with_equal_handles(felt: Part, shown: Part, answers: Answers) -> tuple[Part,
         return felt, shown  # its mesh is closed, so its handles are meant
     with progress_bar(f"closing tunnels of {more.name}") as progress:
         fewer = prepare(more.raw, crop=more.ready.table is not None, genus=genus, progress=progress)
-    if fewer.repair is None or not answers.confirm(
+    if fewer.repair is None:
+        click.echo(
+            f"Note: {more.name} has {more.ready.found.genus} handles, the other {genus}, and keeps "
+            f"them: {fewer.refusal} The goal is then one that needs no equal handles."
+        )
+        return felt, shown
+    if not answers.confirm(
         f"{more.name} has {more.ready.found.genus} handles, the other {genus}. "
         f"{fewer.repair.steps[-1].capitalize()} would leave {genus}; do that",
         "another mesh",

@@ -20,6 +20,7 @@ from touchwarp.scan.deviation import SAMPLES, Deviation, deviation, diagonal, di
 from touchwarp.scan.remesh import edge_length_for, remesh
 from touchwarp.scan.soundness import Soundness, inspect, volume
 from touchwarp.scan.thickness import wall_thickness
+from touchwarp.scan.tunnels import close_tunnels
 from touchwarp.scan.wrap import MOST_CORNERS, corner_count, wrap
 from touchwarp.scene.surface import Surface
 
@@ -39,8 +40,14 @@ CLOSINGS = (0.0075, 0.011, 0.015)
 
 CLEANED = "duplicates dropped, faces turned outward"
 
+MOST_TUNNELS = 8
+"""Of a closed mesh with more handles too many a wrap is made instead."""
+
 VOXEL = 0.006
 """Of the diagonal: the largest voxel; half the wall's thickness where that is less."""
+
+MOST_WORK = 6_000_000
+"""Voxel corners, of all wraps together, after which finer ones are not tried unless asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +93,9 @@ def repair(
     """Make one closed, oriented manifold of a triangle surface by the least that suffices.
 
     In order: drop duplicates and turn faces alike; split pinched places and drop fragments; cap
-    holes; wrap the whole by its winding number, at finer and finer voxels; wrap and close tunnels
-    that are narrower than a few voxels. The first result counts that has the expected genus and
-    lies within the bound.
+    holes; close narrow tunnels of the closed mesh; wrap the whole by its winding number, at finer
+    and finer voxels until a bound of work; wrap and close tunnels that are narrower than a few
+    voxels. The first result counts that has the expected genus and lies within the bound.
 
     Args:
         surface: any triangle surface, m.
@@ -157,12 +164,27 @@ def _candidates(
         steps.append(f"pinched places split, {fragments:,} faces of fragments dropped")
         yield tuple(steps), manifold
     holes = inspect(manifold).holes
+    closed: Surface | None = manifold
     if holes:
         report("capping holes", 0.0)
         closed = capped(manifold)
         if closed is not None:
-            yield (*steps, f"{holes:,} hole{'s' * (holes > 1)} capped flat"), closed
+            steps.append(f"{holes:,} hole{'s' * (holes > 1)} capped flat")
+            yield tuple(steps), closed
+    if closed is not None and _more_handles(closed, genus):
+        report("closing tunnels", 0.0)
+        fewer, around = close_tunnels(closed, genus)
+        if around:
+            widths = ", ".join(f"{1e3 * length:.2g}" for length in around)
+            step = f"{len(around)} tunnel{'s' * (len(around) > 1)} closed, {widths} mm around"
+            yield (*steps, step), fewer
     yield from _wraps(clean, genus, voxel_mm, faces, report)
+
+
+def _more_handles(closed: Surface, genus: int) -> bool:
+    """Whether it is sound but for handles that are too many, and few enough to look at each."""
+    found = inspect(closed)
+    return found.sound and found.genus is not None and 0 < found.genus - genus <= MOST_TUNNELS
 
 
 def _wraps(
@@ -177,21 +199,28 @@ def _wraps(
     voxels = [v for v in voxels if v < 0.9 * wall_thickness(clean)][:3]
     if voxel_mm is not None:
         voxels = [voxel_mm * 1e-3]
+    work = 0.0
     for voxel in voxels:
-        if corner_count(clean, voxel) > MOST_CORNERS and voxel_mm is None:
+        corners = corner_count(clean, voxel)
+        if (corners > MOST_CORNERS or work + corners > MOST_WORK) and voxel_mm is None:
             return
         step = f"wrapped at a voxel of {voxel * 1e3:.2g} mm"
         whole = largest_body(wrap(clean, voxel, progress=report))
+        work += corners
         yield (CLEANED, step), _evened(whole, genus, faces, report)
         handles = inspect(whole).genus
         if handles is None or handles <= genus:
             continue
         for closing in (voxel, 2 * voxel):
+            if work + 2 * corners > MOST_WORK and voxel_mm is None:
+                return
+            # an offset that closes one tunnel may bring other places together, which part on the
+            # way back: only what comes back counts
             wider = largest_body(wrap(clean, voxel, closing, progress=report))
-            if inspect(wider).genus == genus:
-                back = largest_body(wrap(wider, voxel, -closing, progress=report))
-                tunnels = f"tunnels up to {2e3 * closing:.2g} mm wide closed"
-                yield (CLEANED, step, tunnels), _evened(back, genus, faces, report)
+            back = largest_body(wrap(wider, voxel, -closing, progress=report))
+            work += 2 * corners
+            tunnels = f"tunnels up to {2e3 * closing:.2g} mm wide closed"
+            yield (CLEANED, step, tunnels), _evened(back, genus, faces, report)
 
 
 def _evened(surface: Surface, genus: int, faces: int | None, report: Progress) -> Surface:
@@ -254,8 +283,10 @@ def _refusal(before: Soundness, genus: int, reason: str, bound: float, failed: l
     return (
         f"no repair keeps the topology and stays near the scan. The mesh has {before.faults()}; "
         f"needed is one closed surface of genus {genus} ({reason}) within {bound * 1e3:.3g} mm of "
-        f"99 % of it. Tried: {'; '.join(failed)}. Ask for another genus (--genus) if that one is "
-        "wrong, allow more (--bound-mm), give a smaller voxel (--voxel-mm) for thin walls, or scan "
+        f"99 % of it. Tried: {'; '.join(failed)}. Without --voxel-mm the wraps "
+        f"end at {MOST_WORK / 1e6:.3g} million voxel corners. "
+        "Ask for another genus (--genus) if that one is wrong, "
+        "allow more (--bound-mm), give a smaller voxel (--voxel-mm) for thin walls, or scan "
         "what is missing."
     )
 

@@ -49,3 +49,12 @@ def duplicate_count(faces: NDArray[np.int64]) -> int:
     order = np.lexsort(corners.T)
     ordered = corners[order]
     return int((ordered[1:] == ordered[:-1]).all(axis=1).sum())
+
+
+def opposite_halfedges(faces: NDArray[np.int64], vertices: int) -> NDArray[np.int64]:
+    """(3m,): for half-edge k·m + f, from corner k to k + 1 of face f, the one that runs back."""
+    start = faces.T.ravel()
+    end = faces[:, [1, 2, 0]].T.ravel()
+    forth, back = start * vertices + end, end * vertices + start
+    order = np.argsort(forth)
+    return np.asarray(order[np.searchsorted(forth[order], back)])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from touchwarp.errors import GoalError
 from touchwarp.scene.surface import Surface
-from touchwarp.scene.topology import bodies, edge_counts, loop_count
+from touchwarp.scene.topology import bodies, edge_counts, loop_count, opposite_halfedges
 from touchwarp.scene.weld import weld
 
 MENDING = (
@@ -103,15 +103,6 @@ class ClosedMesh:
     def _crossed(self) -> NDArray[np.float64]:
         a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
         return np.asarray(np.cross(b - a, c - a))
-
-
-def opposite_halfedges(faces: NDArray[np.int64], vertices: int) -> NDArray[np.int64]:
-    """(3m,): for half-edge k·m + f, from corner k to k + 1 of face f, the one that runs back."""
-    start = faces.T.ravel()
-    end = faces[:, [1, 2, 0]].T.ravel()
-    forth, back = start * vertices + end, end * vertices + start
-    order = np.argsort(forth)
-    return np.asarray(order[np.searchsorted(forth[order], back)])
 
 
 def closed_mesh(surface: Surface, what: str) -> ClosedMesh:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from touchwarp.errors import GoalError
 from touchwarp.goals.maps.closed_mesh import ClosedMesh
-from touchwarp.goals.maps.tree_cotree import tree_cotree
+from touchwarp.scene.tree_cotree import meeting_paths, tree_cotree
 
 UNSURE = 0.05
 """Linking numbers farther than this from whole ones are those of a surface that crosses itself."""
@@ -40,8 +40,8 @@ class Generator:
 
 def find_generators(mesh: ClosedMesh) -> list[Generator]:
     """2·genus loops, short where the mesh allows, with their closed 1-forms."""
-    trees = tree_cotree(mesh)
-    start, end, opposite, face = trees.start, trees.end, trees.opposite, trees.face
+    trees = tree_cotree(mesh.vertices, mesh.faces)
+    opposite, face = trees.opposite, trees.face
     m = len(mesh.faces)
     between = {
         pair: k for k, pair in enumerate(zip(face.tolist(), face[opposite].tolist(), strict=True))
@@ -49,18 +49,16 @@ def find_generators(mesh: ClosedMesh) -> list[Generator]:
     generators = []
     for edge in trees.loops:
         left, right = int(face[edge]), int(face[opposite[edge]])
-        there, back = _meeting_paths(trees.parent, int(start[edge]), int(end[edge]))
-        loop = np.array(there[::-1] + back[:-1], dtype=np.int64)
         form = np.zeros(3 * m, dtype=np.int64)
         form[edge] += 1
         form[opposite[edge]] -= 1
-        ascent, descent = _meeting_paths(trees.face_parent, right, left)
+        ascent, descent = meeting_paths(trees.face_parent, right, left)
         chain = ascent + descent[-2::-1]
         for one, other in itertools.pairwise(chain):
             crossed = between[one, other]
             form[crossed] += 1
             form[opposite[crossed]] -= 1
-        generators.append(Generator(loop, form))
+        generators.append(Generator(trees.loop(edge), form))
     return generators
 
 
@@ -139,17 +137,3 @@ def _solid_angle(
     triple = (a * np.cross(b, c)).sum(axis=-1)
     ab, bc, ca = (a * b).sum(axis=-1), (b * c).sum(axis=-1), (c * a).sum(axis=-1)
     return np.asarray(2 * np.arctan2(triple, la * lb * lc + ab * lc + bc * la + ca * lb))
-
-
-def _meeting_paths(parent: NDArray[np.int64], one: int, other: int) -> tuple[list[int], list[int]]:
-    """The ways from two nodes of a tree up to where they meet, that node in both."""
-    ways = []
-    for node in (one, other):
-        way = [node]
-        while parent[way[-1]] >= 0:
-            way.append(int(parent[way[-1]]))
-        ways.append(way)
-    while len(ways[0]) > 1 and len(ways[1]) > 1 and ways[0][-2] == ways[1][-2]:
-        ways[0].pop()
-        ways[1].pop()
-    return ways[0], ways[1]

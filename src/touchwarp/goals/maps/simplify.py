@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from touchwarp.goals.maps.closed_mesh import opposite_halfedges
+from touchwarp.scene.topology import opposite_halfedges
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]

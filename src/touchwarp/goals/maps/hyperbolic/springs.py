@@ -37,7 +37,7 @@ from touchwarp.goals.maps.hyperbolic.words import (
 )
 from touchwarp.goals.maps.rings import build_rings, place_in_ring
 from touchwarp.goals.maps.star import onto_domain
-from touchwarp.goals.maps.tree_cotree import TreeCotree, tree_cotree
+from touchwarp.scene.tree_cotree import TreeCotree, tree_cotree
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
@@ -62,7 +62,7 @@ class Springs:
     def __init__(self, mesh: ClosedMesh, root: int) -> None:
         """Cut the mesh open along loops from a vertex."""
         self.mesh = mesh
-        trees = tree_cotree(mesh, root)
+        trees = tree_cotree(mesh.vertices, mesh.faces, root)
         _, relator = _spread(mesh, trees, free)
         while relator[0] == -relator[-1]:
             relator = relator[1:-1]

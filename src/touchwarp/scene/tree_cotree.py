@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from touchwarp.goals.maps.closed_mesh import ClosedMesh, opposite_halfedges
+from touchwarp.scene.topology import opposite_halfedges
 
+Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
 
@@ -43,13 +44,23 @@ class TreeCotree:
         ahead, back = self.parent[self.start] == self.end, self.parent[self.end] == self.start
         return np.asarray(ahead | back)
 
+    def loop(self, edge: int) -> Int:
+        """The vertices, in order, of the loop that a half-edge closes; the last joins the first."""
+        there, back = meeting_paths(self.parent, int(self.start[edge]), int(self.end[edge]))
+        return np.array(there[::-1] + back[:-1], dtype=np.int64)
 
-def tree_cotree(mesh: ClosedMesh, root: int = 0) -> TreeCotree:
-    """Both trees, the first from a root; loops come out short where the mesh allows."""
+
+def tree_cotree(vertices: Float, faces: Int, root: int = 0) -> TreeCotree:
+    """Both trees, the first from a root; loops come out short where the mesh allows.
+
+    Args:
+        vertices: (n, 3) m; all are used.
+        faces: (m, 3) of one closed manifold, all turned alike.
+        root: the vertex that all loops start from.
+    """
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import breadth_first_order, dijkstra, minimum_spanning_tree
 
-    vertices, faces = mesh.vertices, mesh.faces
     n, m = len(vertices), len(faces)
     start, end = faces.T.ravel(), faces[:, [1, 2, 0]].T.ravel()
     opposite = opposite_halfedges(faces, n)
@@ -79,3 +90,17 @@ def tree_cotree(mesh: ClosedMesh, root: int = 0) -> TreeCotree:
         order.astype(np.int64),
         loops,
     )
+
+
+def meeting_paths(parent: NDArray[np.int64], one: int, other: int) -> tuple[list[int], list[int]]:
+    """The ways from two nodes of a tree up to where they meet, that node in both."""
+    ways = []
+    for node in (one, other):
+        way = [node]
+        while parent[way[-1]] >= 0:
+            way.append(int(parent[way[-1]]))
+        ways.append(way)
+    while len(ways[0]) > 1 and len(ways[1]) > 1 and ways[0][-2] == ways[1][-2]:
+        ways[0].pop()
+        ways[1].pop()
+    return ways[0], ways[1]
