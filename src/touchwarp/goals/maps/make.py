@@ -104,7 +104,9 @@ def match_goal(prop: Prop, spec: MatchGoal, progress: Progress | None = None) ->
     found = _search(pair, plan, progress)
     choices = [(found.layout, pair.virtual)]
     if not isinstance(pair, MarkedPair):
-        choices.insert(0, unsheared(pair, found.layout, plan.fine_weights))
+        smooth = unsheared(pair, found.layout, plan.fine_weights)
+        if smooth[0] is not found.layout:
+            choices.insert(0, smooth)
     wholes = [_whole(tidied, *layouts) for layouts in choices]
     return _goal(spec, pair, found, wholes, _area_spread(found.layout), start, progress)
 
@@ -214,7 +216,8 @@ def _goal(
 ) -> Goal:
     """The goal on triangles fine enough for the tolerance, with its report.
 
-    Of the layouts to choose from, the first that give no face that looks turned are taken.
+    Of the layouts to choose from, the first that give no face that looks turned are taken; if all
+    do, those that give the fewest.
     """
     if progress is not None:
         progress("cutting the surfaces along one another", 0.0)
@@ -222,14 +225,15 @@ def _goal(
     tree = SurfaceTree(spec.virtual.vertices, spec.virtual.faces)
     pairs = pair.landmarks if len(pair.landmarks) else None
     area_factor = AREA_FACTOR if isinstance(spec, MatchGoal) else KEPT_AREA_FACTOR
-    for (layout, virtual), part in product(choices, TOLERANCE_PARTS):
-        points, images, faces = linear_map(
-            layout, virtual, part * spec.tolerance_mm * 1e-3, area_factor
-        )
+    fewest = np.inf
+    for layouts, part in product(choices, TOLERANCE_PARTS):
+        points, images, faces = linear_map(*layouts, part * spec.tolerance_mm * 1e-3, area_factor)
         images = tree.nearest(images).points  # rounding in needles
-        goal = Goal(points, images, faces, spec.kind, {}, None, spec.virtual, pairs)
-        measured = measure_map(goal).summary()
-        if measured["flips"] == 0:
+        tried = Goal(points, images, faces, spec.kind, {}, None, spec.virtual, pairs)
+        summary = measure_map(tried).summary()
+        if summary["flips"] < fewest:
+            fewest, goal, measured, (layout, virtual) = summary["flips"], tried, summary, layouts
+        if fewest == 0:
             break
     report: dict[str, Any] = {
         **measured,
