@@ -90,6 +90,21 @@ def test_a_missing_chunk_is_asked_for(served: Served, rows: Any) -> None:
     assert next(served.store.all()).ended
 
 
+def test_notes_without_rows_are_kept(served: Served, client: TestClient, rows: Any) -> None:
+    """What happened while no hand was there, such as a pause, is told in a chunk of its own."""
+    sent = rows(4, 3, 0)
+    with client.websocket_connect(LIVE) as socket:
+        socket.send_text(BEGIN.model_dump_json())
+        socket.send_bytes(packed(0, sent))
+        socket.send_bytes(packed(1, sent[:0], ("paused",)))
+        assert {told(socket, "acknowledged")["sequence"] for _ in range(2)} == {0, 1}
+        socket.send_text(EndRecording(recording=NAME, chunks=2).model_dump_json())
+        told(socket, "finished")
+    (recording,) = served.store.all()
+    assert recording.about["notes"] == [{"chunk": 1, "text": "paused"}]
+    assert pq.read_table(recording.whole).num_rows == 4
+
+
 def test_an_empty_recording_ends(served: Served) -> None:
     served.store.begin(BEGIN, "0")
     served.store.end(EndRecording(recording=NAME, chunks=0))

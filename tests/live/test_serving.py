@@ -76,6 +76,12 @@ def test_an_address_is_needed() -> None:
         listen("elsewhere", 0)
 
 
+def test_every_address_means_the_one_to_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(serving, "network_address", lambda: "192.0.2.5")
+    assert {serving.chosen_address(host) for host in serving.FIND} == {"192.0.2.5"}
+    assert serving.chosen_address("192.0.2.7") == "192.0.2.7"
+
+
 def test_no_network_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     class Unreachable:
         def __enter__(self) -> Unreachable:

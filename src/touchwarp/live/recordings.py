@@ -126,6 +126,8 @@ class RecordingStore:
         if recording.ended or path.exists():
             return
         columns = recording.about["columns"]
+        if header.rows == 0:  # notes alone
+            rows = np.empty((0, len(columns)))
         if rows.shape != (header.rows, len(columns)):
             raise StudyError(
                 f"A chunk of {rows.size} numbers came where {header.rows} rows of {len(columns)} "

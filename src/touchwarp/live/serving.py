@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 PAGE = Path(__file__).parent / "page"
 LOCAL = "127.0.0.1"
 DEFAULT_PORT = 8600
+FIND = ("auto", "0.0.0.0", "::")
+"""Hosts for which this machine's network address is found: who asks for every address wants the one
+that a headset can open."""
 
 Say = Callable[[str], None]
 
@@ -40,7 +43,7 @@ class Settings:
     Attributes:
         path: a scene file, a warp or bases.
         port: on this machine's own address; the network address gets the next one. 0: any free.
-        host: the network address to serve on as well; "" for none, "auto" to find it.
+        host: the network address to serve on as well; "" for none; one of `FIND` to find it.
         recordings: the folder for recordings.
         open_browser: open the page here.
     """
@@ -71,7 +74,7 @@ def serve(settings: Settings, say: Say) -> bool:
         stack.callback(local.close)
         remote, identity, address = None, None, ""
         if settings.host:
-            address = network_address() if settings.host == "auto" else settings.host
+            address = chosen_address(settings.host)
             remote = listen(address, port + 1 if settings.port else 0)
             stack.callback(remote.close)
         if settings.path.exists():  # what is missing is told of below
@@ -164,6 +167,11 @@ def listen(address: str, port: int) -> socket.socket:
             "or end the program that has it."
         ) from error
     return listening
+
+
+def chosen_address(host: str) -> str:
+    """The address for a host that was asked for; see `FIND`."""
+    return network_address() if host in FIND else host
 
 
 def network_address() -> str:
