@@ -16,25 +16,11 @@ from touchwarp.solve.stencil import LANES
 
 def covered_bricks(fine: Level, coarse: Level) -> NDArray[np.bool_]:
     """(b,) coarse bricks with an inner node that is an inner node of the finer level, too."""
+    marks = np.zeros(coarse.n, bool)
+    mark_covered(0, len(fine.bricks), fine.places, coarse.places, marks)
     bricks = np.zeros(len(coarse.bricks), bool)
-    bricks[fine.parent[_covers(fine.places, coarse.places)]] = True
+    bricks[coarse.site[np.flatnonzero(marks)] // LOCAL] = True
     return bricks
-
-
-@njit(cache=True, nogil=True)
-def _covers(fine, coarse):
-    """(b,) which fine bricks have an inner node that coincides with a coarse inner one."""
-    bricks, parent, node, coarse_node = fine.bricks, fine.parent, fine.node, coarse.node
-    result = np.zeros(len(bricks), np.bool_)
-    for b in range(len(bricks)):
-        start = 512 * np.int64(parent[b]) + octant_start(bricks, b)
-        for i in range(64):
-            half = 64 * (i >> 4) + 8 * ((i >> 2) & 3) + (i & 3)
-            m, c = node[512 * b + 2 * half], coarse_node[start + half]
-            if 0 <= m < fine.n_inner and 0 <= c < coarse.n_inner:
-                result[b] = True
-                break
-    return result
 
 
 @njit(cache=True, nogil=True)
