@@ -12,7 +12,7 @@ import pytest
 
 from touchwarp.errors import SceneError, SolveError
 from touchwarp.live import workbench as workbench_module
-from touchwarp.live.messages import ChangeScene, FromServer, Placement, SceneState
+from touchwarp.live.messages import ChangeScene, FromServer, Placement, Pose, SceneState
 from touchwarp.live.opening import open_workbench
 from touchwarp.live.workbench import Workbench
 from touchwarp.warp import AffineBases, TableWarp, load_warp
@@ -94,6 +94,24 @@ def test_an_object_that_leaves_the_outer_boundary_is_refused_at_once(
     with pytest.raises(SceneError, match="must lie inside the outer boundary"):
         bench.change(ChangeScene(goals={"ball": outside}))
     assert bench.state == before
+
+
+def test_a_surface_stays_for_a_page_that_is_slow_to_ask(
+    ball_path: Path, tmp_path: Path, told: Told
+) -> None:
+    bench = open_workbench(ball_path, tmp_path, told)  # its thread is not begun
+
+    def shown() -> bytes | None:
+        (prop,) = bench.state.props
+        keys.append(prop.surface.removeprefix("./surfaces/").removesuffix(".bin"))
+        return bench.surface(keys[-1])
+
+    keys: list[str] = []
+    first = shown()
+    bench.change(ChangeScene(poses={"ball": Pose(position=(0, 0, 0.01), rotation_deg=(0, 0, 0))}))
+    assert shown() is not None
+    assert keys[0] != keys[1]
+    assert bench.surface(keys[0]) == first is not None
 
 
 def test_bases_serve_the_goals_that_they_promise(

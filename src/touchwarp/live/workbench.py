@@ -85,6 +85,7 @@ class Workbench:
             self._solvable = False
             self._why_not = str(error)
             self._picture = Picture.of_meta(warp.meta)
+        self._surfaces = dict(self._picture.surfaces)
         if warp is not None:
             self._warp = (0, warp, self._serve(publish_warp(warp, folder)))
         if bases is not None:
@@ -143,8 +144,8 @@ class Workbench:
         return self._files.get(identity)
 
     def surface(self, key: str) -> bytes | None:
-        """A packed surface by its key."""
-        return self._picture.surfaces.get(key)
+        """A packed surface by its key; earlier ones too, as with files."""
+        return self._surfaces.get(key)
 
     def change(self, change: ChangeScene) -> None:
         """Change the scene and begin to solve it anew.
@@ -164,6 +165,7 @@ class Workbench:
             validate(document.scene, goals(document.scene))  # told at once, not by the solve
             same_fields = not change.poses and change.mismatch_weight is None
             self._document, self._picture = document, picture
+            self._surfaces |= picture.surfaces
             self._revision += 1
             self._news.clear()
             if self._bases is not None:

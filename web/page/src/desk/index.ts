@@ -1,6 +1,7 @@
 import { Box3, Color, Group, Plane, Vector3 } from "three";
 import type { Context } from "../context.js";
 import type { FromServer, Placement, Progress, Task } from "../live/messages.js";
+import { persistently } from "../world/surface.js";
 import { colourVertices, evaluate, FIELDS, type FieldName, type Scale, scaleOf } from "./fields.js";
 import { Gizmo, goalOf } from "./gizmo.js";
 import { listenToKeys } from "./keyboard.js";
@@ -148,15 +149,18 @@ export class Desk {
       state.props.length === this.#props.length &&
       state.props.every((prop, i) => prop.surface === this.#props[i]!.state.surface);
     if (!same) {
-      void this.load();
+      void persistently(() => this.load());
       return;
     }
+    const { tables } = this.#context;
     state.props.forEach((prop, i) => {
       const object = this.#props[i]!;
       object.state = prop;
       if (this.#gizmo.dragging) return;
+      // what was moved since the server told this is on its way there, and stays
+      if (!tables.shows(prop)) return;
       if (prop.placement !== null) this.#placements.set(prop.name, prop.placement);
-      const goal = this.#context.tables.goal(prop.name);
+      const goal = tables.goal(prop.name);
       if (goal !== undefined) object.moveVirtual(goal);
       if (object === this.#gizmo.prop) this.#gizmo.attach(object);
     });

@@ -1,5 +1,5 @@
 import { type AffineBases, type AffineWarp, openWarp, type Warp } from "touchwarp";
-import type { Matrix, SceneState, WarpFile } from "./messages.js";
+import type { Matrix, PropState, SceneState, WarpFile } from "./messages.js";
 
 /** Goals that differ by less than the server rounds them to are the same. */
 const SAME_GOAL = 1e-4;
@@ -80,7 +80,8 @@ export class Tables {
       if (stand !== this.#stand || !this.#isShown(state)) this.#takeGoals(state);
       this.#stand = stand;
     }
-    if (state.warp_current) this.#moved = false;
+    // a state from before the last move says nothing of what is shown now
+    if (state.warp_current && this.#isShown(state)) this.#moved = false;
     if (state.warp !== null && state.warp_current) this.#hold(state.warp);
     if (state.bases === null) {
       this.#bases = this.#instant = null;
@@ -110,13 +111,18 @@ export class Tables {
     return this.#goals.get(prop);
   }
 
-  /** Whether a state's goals are those that are displayed already, as after a drag. */
+  /** Whether a prop's goal is the one that is displayed already, as after a drag. */
+  shows({ name, goal }: PropState): boolean {
+    if (goal === null) return true; // what cannot be dragged
+    const shown = this.#goals.get(name);
+    return (
+      shown !== undefined &&
+      columns(goal).every((value, k) => Math.abs(value - shown[k]!) < SAME_GOAL)
+    );
+  }
+
   #isShown(state: SceneState): boolean {
-    return state.props.every(({ name, goal }) => {
-      const shown = this.#goals.get(name);
-      if (goal === null || shown === undefined) return false;
-      return columns(goal).every((value, k) => Math.abs(value - shown[k]!) < SAME_GOAL);
-    });
+    return state.props.every((prop) => this.shows(prop));
   }
 
   #takeGoals(state: SceneState): void {

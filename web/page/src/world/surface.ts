@@ -8,10 +8,33 @@ export interface PackedSurface {
   readonly faces: Uint32Array;
 }
 
+/** A surface did not come: the server is gone, or does not know it. */
+export class SurfaceError extends Error {
+  constructor(url: string, reason: string) {
+    super(`The surface ${url} cannot be fetched (${reason}).`);
+  }
+}
+
+/** @throws SurfaceError */
 export async function fetchSurface(url: string): Promise<PackedSurface> {
-  const answer = await fetch(new URL(url, document.baseURI));
-  if (!answer.ok) throw new Error(`The surface ${url} cannot be fetched (${answer.status}).`);
-  return unpackSurface(await answer.arrayBuffer());
+  const answer = await fetch(new URL(url, document.baseURI)).catch((error) => error as Error);
+  if (answer instanceof Error) throw new SurfaceError(url, answer.message);
+  if (!answer.ok) throw new SurfaceError(url, String(answer.status));
+  const bytes = await answer.arrayBuffer().catch((error) => error as Error);
+  if (bytes instanceof Error) throw new SurfaceError(url, bytes.message);
+  return unpackSurface(bytes);
+}
+
+/** What `load` gives, once all its surfaces have come: a server may go and come back meanwhile. */
+export async function persistently<T>(load: () => Promise<T>, pause = 1000): Promise<T> {
+  for (;;) {
+    try {
+      return await load();
+    } catch (error) {
+      if (!(error instanceof SurfaceError)) throw error;
+      await new Promise((resolve) => setTimeout(resolve, pause));
+    }
+  }
 }
 
 export function unpackSurface(bytes: ArrayBuffer): PackedSurface {

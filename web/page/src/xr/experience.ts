@@ -1,6 +1,7 @@
 import { Matrix4, Ray, Vector3 } from "three";
 import type { Context } from "../context.js";
 import type { SceneState } from "../live/messages.js";
+import { persistently } from "../world/surface.js";
 import { AnchoredPose } from "./anchored_pose.js";
 import { Calibrator, type Way } from "./calibrator.js";
 import { depict } from "./depict.js";
@@ -100,14 +101,20 @@ export class Experience {
 
   /** Take over the scene: in the beginning, and whenever its objects are others. */
   async #load(): Promise<void> {
-    const { state, tables } = this.context;
-    this.#loading = true;
-    this.#scene = objectsOf(state);
-    const props = await Promise.all(
-      state.props.map((prop) => PropModel.fetch(prop, tables.goal(prop.name))),
-    );
-    this.#loading = false;
     const before = this.calibrators;
+    this.#loading = true;
+    const fetch = async () => {
+      const { state, tables } = this.context;
+      const each = state.props.map((prop) => PropModel.fetch(prop, tables.goal(prop.name)));
+      return { state, props: await Promise.all(each) };
+    };
+    const { state, props } = await (before.length === 0 ? fetch() : persistently(fetch));
+    this.#loading = false;
+    if (this.session.phase === "ended") {
+      for (const prop of props) prop.dispose();
+      return;
+    }
+    this.#scene = objectsOf(state);
     const { pose } = this.placed;
     this.placed = new PlacedProps(props);
     this.placed.pose = pose;

@@ -1,7 +1,7 @@
 import type { AffineBases, openWarp, Warp } from "touchwarp";
 import { beforeEach, describe, expect, it } from "vitest";
 import type { SceneState, WarpFile } from "../../src/live/messages.js";
-import { Tables } from "../../src/live/tables.js";
+import { columns, Tables } from "../../src/live/tables.js";
 
 Object.assign(globalThis, { document: { baseURI: "http://localhost/" } });
 
@@ -204,6 +204,27 @@ describe("the warp in use", () => {
     requests.at(-1)!.finish();
     await settle();
     expect([tables.exact, tables.problem]).toEqual([true, null]);
+  });
+
+  it("is not the solved one again by a state from before the move", async () => {
+    const now = state(0, { warp: file("a"), warp_current: true, bases: file("bases") });
+    tables.update(now);
+    requests[0]!.come(warpNamed("solved"));
+    requests[1]!.come(basesNamed());
+    for (const request of requests) request.finish();
+    await settle();
+    expect(tables.exact).toBe(true);
+    tables.setGoal("mug", columns(matrix(0.02)));
+    tables.update({ ...now, certificate: null }); // the check ended while the object was held
+    expect([tables.exact, tables.shows(now.props[0]!)]).toEqual([false, false]);
+    const moved = state(0.02, { warp: file("a"), warp_current: false, bases: file("bases") });
+    tables.update(moved);
+    expect([tables.exact, tables.shows(moved.props[0]!)]).toEqual([false, true]);
+    tables.update(state(0.02, { warp: file("b"), warp_current: true, bases: file("bases") }));
+    requests[2]!.come(warpNamed("solved anew"));
+    requests[2]!.finish();
+    await settle();
+    expect(tables.exact).toBe(true);
   });
 
   it("is the solved one again when a move was refused", async () => {
