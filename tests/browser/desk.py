@@ -57,8 +57,13 @@ class HeldBack:
 
     @property
     def kinds(self) -> list[str]:
-        """Of the messages that are held."""
-        return [json.loads(message)["kind"] for message in self._held]
+        """Of the messages that are held, with what they are about: "state", "progress solve"."""
+        held = [json.loads(message) for message in self._held]
+        return [" ".join([said["kind"], *filter(None, [said.get("task")])]) for said in held]
+
+    def hold(self) -> None:
+        """From now on."""
+        self._open = False
 
     def let_through(self, first: str | None = None) -> None:
         """All up to the first message of a kind; without one, all that comes later, too."""

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import Page, WebSocketRoute, expect
+from websockets.sync.client import connect
 
 from tests.browser.desk import (
     HeldBack,
     at,
-    keep_texts,
     open_page,
     picture,
     wait_for,
@@ -97,17 +97,21 @@ def test_numbers_can_be_typed(page: Page, serve: Serve, ball: Path) -> None:
 def test_locality_is_solved_on_the_server_with_progress(
     page: Page, serve: Serve, ball: Path
 ) -> None:
-    told = keep_texts(page, ".exactness", "#work")
+    said = HeldBack(page)
     open_page(page, serve(ball).url)
+    said.let_through()
     whole_warp(page)
+    expect(page.locator(".checks .check").first).to_be_visible()  # nothing more is on its way
+    said.hold()
     page.locator("input[name=weight]").fill("0.6")
     # until the new one is there the old one, which holds in contact, is told to be the old one
-    wait_until(
-        page,
-        lambda: any("before the last change" in exactness for exactness, _ in told()),
-        "the warp before is not told to be that",
-    )
-    wait_until(page, lambda: any("Solving" in work for _, work in told()), "no progress is told")
+    wait_until(page, lambda: "state" in said.kinds, "the server does not take it")
+    said.let_through("state")
+    expect(page.locator(".exactness")).to_contain_text("before the last change")
+    wait_until(page, lambda: "progress solve" in said.kinds, "no progress is told")
+    said.let_through("progress solve")
+    expect(page.locator("[data-task=solve]")).to_contain_text("Solving")
+    said.let_through()
     whole_warp(page)
     page.locator("button[name=save]").click()
     expect(page.locator(".note")).to_be_visible()
@@ -170,8 +174,12 @@ def test_a_scene_without_a_warp_shows_itself_and_its_progress(
     expect(page.locator(".exactness")).to_contain_text("No warp yet")
     expect(page.locator("#reading")).to_contain_text("no warp yet")
     expect(page.locator(".legend")).to_have_count(0)
-    wait_until(page, lambda: "progress" in said.kinds, "the server tells no progress")
-    said.let_through("progress")
+    # which may be done with its work before a slow page connects: it is given some more
+    wait_until(page, lambda: "state" in said.kinds, "the server does not tell its scene")
+    with connect(server.url.replace("http", "ws") + "live") as another:
+        another.send(json.dumps({"kind": "change_scene", "mismatch_weight": 1.0}))
+        wait_until(page, lambda: "progress solve" in said.kinds, "the server tells no progress")
+    said.let_through("progress solve")
     expect(page.locator(".task").first).to_be_visible()
     page.screenshot(path=screenshots / "unsolved.png")
     said.let_through()

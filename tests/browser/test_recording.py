@@ -30,10 +30,16 @@ def begin(page: Page, participant: str) -> None:
     expect(page.locator(".recording")).to_contain_text(f"Recording {participant}")
 
 
-def whole(page: Page, folder: Path) -> Path:
-    """The file of a recording, once it has been joined."""
-    path = folder / "recording.parquet"
-    wait_until(page, path.exists, "the recording is not whole on disk")
+def whole(page: Page, server: Server, participant: str) -> Path:
+    """The file of a participant's only recording, once it has been joined."""
+    found: list[Path] = []
+
+    def joined() -> bool:
+        found[:] = server.recordings.glob(f"{participant}/*/recording.parquet")
+        return bool(found)
+
+    wait_until(page, joined, "the recording is not whole on disk")
+    (path,) = found
     return path
 
 
@@ -68,8 +74,7 @@ def test_a_recording_survives_the_server_s_death(
     wander(page, 12)
     page.locator("button[name=stop-recording]").click()
     recorded = rows(page)
-    (folder,) = (server.recordings / "P7").iterdir()
-    table = pq.read_table(whole(page, folder))
+    table = pq.read_table(whole(page, server, "P7"))
     times = table["time_ms"].to_numpy()
     assert len(times) == recorded > 50
     assert (np.diff(times) > 0).all(), "each frame once, in order"
@@ -86,10 +91,27 @@ def test_a_recording_survives_a_reload(page: Page, ball_server: Server) -> None:
     page.reload()
     page.wait_for_selector("body[data-ready]")
     expect(page.locator("button[name=record]")).to_be_visible()  # it does not go on by itself
-    (folder,) = (ball_server.recordings / "P11").iterdir()
-    table = pq.read_table(whole(page, folder))
+    table = pq.read_table(whole(page, ball_server, "P11"))
     assert len(table) >= recorded > 20
     assert (np.diff(table["time_ms"].to_numpy()) > 0).all()
+
+
+def test_a_page_that_is_closed_leaves_its_recording_to_the_others(
+    page: Page, ball_server: Server
+) -> None:
+    """Another tab of the browser, open all the while, sends what is left and ends it."""
+    open_page(page, ball_server.url)
+    begin(page, "P12")
+    wander(page, 11)
+    other = page.context.new_page()
+    open_page(other, ball_server.url)
+    expect(other.locator("button[name=record]")).to_be_visible()
+    wander(page, 11)
+    recorded = rows(page)
+    assert list(ball_server.recordings.glob("P12/*/recording.parquet")) == []
+    page.close(run_before_unload=False)
+    table = pq.read_table(whole(other, ball_server, "P12"))
+    assert len(table) >= recorded > 20
 
 
 def rows(page: Page) -> int:

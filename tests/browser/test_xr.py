@@ -217,6 +217,7 @@ def test_hands_are_recorded_in_the_headset(enter: Enter, mug_server: Server) -> 
     person = enter()
     headset = person.headset
     page = headset.page
+    headset.await_warp()  # which all that is recorded is displaced by
     headset.leave()
     page.locator("button[name=record]").click()
     page.locator("input[name=participant]").fill("P21")

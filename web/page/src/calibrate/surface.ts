@@ -1,6 +1,6 @@
-import { BufferAttribute, BufferGeometry, Vector3 } from "three";
-import { MeshBVH } from "three-mesh-bvh";
+import { Box3, Vector3 } from "three";
 import { DistanceField } from "./field.js";
+import { Triangles } from "./triangles.js";
 
 /** What the surface says of a point near it: signed distance, and where that comes from. */
 export class SurfaceFoot {
@@ -27,12 +27,9 @@ export class ContactSurface {
   readonly reach: number;
   readonly lowest = new Vector3();
   readonly highest = new Vector3();
-  /** For ray casts as well. */
-  readonly bvh: MeshBVH;
   private grid: DistanceField | undefined;
+  private readonly triangles: Triangles;
   private readonly normals: Float32Array;
-  private readonly hit = { point: new Vector3(), distance: 0, faceIndex: 0 };
-  private readonly normal = new Vector3();
 
   /**
    * @param positions (n, 3) row by row, m, prop frame
@@ -45,17 +42,13 @@ export class ContactSurface {
     if (faces.length < 3) {
       throw new RangeError("The prop's outline has no triangle; calibration needs its surface.");
     }
-    const geometry = new BufferGeometry();
-    geometry.setAttribute("position", new BufferAttribute(positions, 3));
-    geometry.setIndex(new BufferAttribute(new Uint32Array(faces), 1));
-    geometry.computeBoundingBox();
-    const box = geometry.boundingBox!;
+    const box = new Box3().setFromArray(positions);
     box.getCenter(this.centre);
     this.lowest.copy(box.min);
     this.highest.copy(box.max);
     this.reach = box.min.distanceTo(box.max) / 2;
     this.normals = angleWeightedNormals(positions, faces);
-    this.bvh = new MeshBVH(geometry, { indirect: true });
+    this.triangles = new Triangles(positions, faces);
   }
 
   /** The signed distance on a grid, made at first use. */
@@ -69,16 +62,17 @@ export class ContactSurface {
   /** The same, with a bound to its distance, m, which spares most of the search; null if it does not hold. */
   nearest(point: Vector3, foot: SurfaceFoot, within: number): SurfaceFoot | null;
   nearest(point: Vector3, foot: SurfaceFoot, within = Number.POSITIVE_INFINITY) {
-    if (!this.bvh.closestPointToPoint(point, this.hit, 0, within)) return null;
-    foot.face = this.hit.faceIndex;
-    foot.point.copy(this.hit.point);
-    this.smoothNormal(foot.face, foot.point, this.normal);
+    const { triangles } = this;
+    if (!triangles.find(point.x, point.y, point.z, within)) return null;
+    foot.face = triangles.face;
+    foot.point.set(triangles.x, triangles.y, triangles.z);
+    this.smoothNormal(foot.face, triangles.s, triangles.t, smooth);
     foot.gradient.subVectors(point, foot.point);
     const distance = foot.gradient.length();
-    const sign = foot.gradient.dot(this.normal) < 0 ? -1 : 1;
+    const sign = foot.gradient.dot(smooth) < 0 ? -1 : 1;
     foot.distance = sign * distance;
     if (distance > 1e-7) foot.gradient.multiplyScalar(sign / distance);
-    else foot.gradient.copy(this.normal);
+    else foot.gradient.copy(smooth);
     return foot;
   }
 
@@ -135,16 +129,17 @@ export class ContactSurface {
   }
 
   /** Interpolated normal of the vertices: its sign is right also where an edge is nearest. */
-  private smoothNormal(face: number, point: Vector3, out: Vector3): void {
-    out.set(0, 0, 0);
-    this.weights(face, point, share);
-    for (let k = 0; k < 3; k++) {
-      const vertex = 3 * this.faces[3 * face + k]!;
-      const weight = share.getComponent(k);
-      out.x += weight * this.normals[vertex]!;
-      out.y += weight * this.normals[vertex + 1]!;
-      out.z += weight * this.normals[vertex + 2]!;
-    }
+  private smoothNormal(face: number, s: number, t: number, out: Vector3): void {
+    const { faces, normals } = this;
+    const a = 3 * faces[3 * face]!;
+    const b = 3 * faces[3 * face + 1]!;
+    const c = 3 * faces[3 * face + 2]!;
+    const r = 1 - s - t;
+    out.set(
+      r * normals[a]! + s * normals[b]! + t * normals[c]!,
+      r * normals[a + 1]! + s * normals[b + 1]! + t * normals[c + 1]!,
+      r * normals[a + 2]! + s * normals[b + 2]! + t * normals[c + 2]!,
+    );
     out.normalize();
   }
 }
@@ -153,7 +148,7 @@ const from = new Vector3();
 const first = new Vector3();
 const second = new Vector3();
 const third = new Vector3();
-const share = new Vector3();
+const smooth = new Vector3();
 
 /** Unit normals of the vertices, each face weighted by its angle there (Bærentzen & Aanæs 2005). */
 function angleWeightedNormals(

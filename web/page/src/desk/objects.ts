@@ -36,7 +36,6 @@ export class PropObject {
   ) {
     const geometry = geometryOf(surface.prop, surface.faces);
     this.contact = new ContactSurface(surface.prop, surface.faces);
-    geometry.boundsTree = this.contact.bvh;
     geometry.setAttribute(
       "color",
       new BufferAttribute(new Float32Array(surface.prop.length).fill(1), 3),

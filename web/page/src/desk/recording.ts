@@ -123,10 +123,11 @@ class RecordingControls {
 
   async #list(): Promise<void> {
     this.#listing = true;
-    const answer = await fetch("./recordings.json");
-    const listed = answer.ok ? ((await answer.json()) as Listed[]) : [];
+    const answer = await answerOf("./recordings.json");
+    const listed = ((await answer?.json()) ?? []) as Listed[];
     const { onDevice } = this.context.recorder.status;
     if (!this.#listing) return; // closed meanwhile
+    if (answer === null) return this.#tellTrouble("The recordings");
     this.#show(html`<h2>Replay</h2>
       ${listed.length ? nothing : html`<p>Nothing has been recorded here yet.</p>`}
       <ul class="listed">
@@ -143,8 +144,8 @@ class RecordingControls {
   async #open(listed: Listed): Promise<void> {
     this.#listing = false;
     this.#dialog.close();
-    const answer = await fetch(`./recordings/${listed.participant}/${listed.recording}`);
-    if (!answer.ok) return;
+    const answer = await answerOf(`./recordings/${listed.participant}/${listed.recording}`);
+    if (answer === null) return this.#tellTrouble(`The recording of ${listed.participant}`);
     const { header, numbers } = unpackChunk<{ columns: string[] }>(await answer.arrayBuffer());
     this.#replay = new Replay(this.desk.stage, header.columns, numbers);
     this.desk.away = true;
@@ -206,6 +207,12 @@ class RecordingControls {
     URL.revokeObjectURL(link.href);
   }
 
+  #tellTrouble(what: string): void {
+    this.#show(html`<h2>Replay</h2>
+      <p class="failure">${what} cannot be fetched: try again when the server is back.</p>
+      <menu><button @click=${() => this.#dialog.close()}>Close</button></menu>`);
+  }
+
   #show(content: TemplateResult): void {
     render(content, this.#dialog);
     if (!this.#dialog.open) this.#dialog.showModal();
@@ -214,6 +221,16 @@ class RecordingControls {
 
 /** The desk's room is the scene's own frame. */
 const HERE = new Matrix4().elements;
+
+/** Whole, so that reading it cannot fail any more; null where it is not to be had. */
+async function answerOf(url: string): Promise<Response | null> {
+  try {
+    const answer = await fetch(url);
+    return answer.ok ? new Response(await answer.arrayBuffer()) : null;
+  } catch {
+    return null;
+  }
+}
 
 function isThisMachine(): boolean {
   return ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname);

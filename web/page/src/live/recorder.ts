@@ -35,6 +35,10 @@ export class Recorder {
   #waiting = new Set<string>();
   #onDevice: string[] = [];
   #release = () => {};
+  /** Recordings that this page has made or taken over. */
+  #own = new Set<string>();
+  /** Recordings that other pages of this browser make now. */
+  #ofOthers = new Set<string>();
   /** Before what was refused is sent again, ms. */
   #patience = 1000;
   #writes: Promise<unknown> = Promise.resolve();
@@ -84,10 +88,9 @@ export class Recorder {
     };
     this.#begin = begin;
     // while this page records, others of this browser must not take the recording for abandoned
-    void navigator.locks?.request(
-      begin.recording,
-      () => new Promise<void>((r) => (this.#release = r)),
-    );
+    const held = new Promise<void>((resolve) => (this.#release = resolve));
+    void navigator.locks?.request(begin.recording, () => held);
+    this.#own.add(begin.recording);
     this.#sequence = this.#rows = this.#rowsInChunk = 0;
     this.#notes = [];
     this.#warp = warp;
@@ -139,14 +142,14 @@ export class Recorder {
 
   /** End the recording. */
   end(): void {
-    const begin = this.#begin;
+    const [begin, release] = [this.#begin, this.#release];
     if (begin === null) return;
     this.#closeChunk();
     this.#begin = null;
-    this.#release();
     const chunks = this.#sequence;
     this.#onDevice = [...this.#onDevice, begin.recording];
     this.#write(() => this.#store.put(`end/${begin.recording}`, chunks));
+    this.#write(async () => release()); // another page may take it for abandoned from now on
     this.#write(() => this.#resend());
     this.#changed();
   }
@@ -228,7 +231,10 @@ export class Recorder {
       if (begin === undefined) continue;
       const { recording } = begin;
       const mine = recording === this.#begin?.recording;
-      if (!mine && held.some((lock) => lock.name === recording)) continue;
+      if (!this.#own.has(recording) && held.some((lock) => lock.name === recording)) {
+        this.#takeOver(recording);
+        continue;
+      }
       this.connection?.send(begin);
       for (const chunk of await this.#store.keys(`chunk/${recording}/`)) {
         this.#waiting.add(chunk);
@@ -247,6 +253,16 @@ export class Recorder {
     }
     this.#onDevice = onDevice;
     this.#changed();
+  }
+
+  /** Send what another page leaves behind, once it is closed or has ended. */
+  #takeOver(recording: string): void {
+    if (this.#ofOthers.has(recording)) return;
+    this.#ofOthers.add(recording);
+    void navigator.locks.request(recording, async () => {
+      this.#own.add(recording);
+      this.#write(() => this.#resend());
+    });
   }
 
   async #chunksSoFar(recording: string): Promise<number> {
