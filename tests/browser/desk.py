@@ -24,6 +24,11 @@ def open_page(page: Page, url: str) -> None:
     page.wait_for_selector("body[data-ready]")
 
 
+def expect_lost_server(page: Page) -> None:
+    """What a browser logs by itself when the server goes, whatever was on its way, is no defect."""
+    page.expected_errors += ["WebSocket connection", "net::ERR_"]  # type: ignore[attr-defined]
+
+
 def drawn(page: Page) -> None:
     """Wait until what was done has come into a frame."""
     frame = "requestAnimationFrame"

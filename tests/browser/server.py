@@ -41,7 +41,7 @@ class Server:
         told = re.search(r"http://localhost:(\d+)", self._process.stdout.readline())
         assert told is not None, "the server did not start"
         self.port = int(told[1])
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 120
         while True:
             try:
                 urllib.request.urlopen(self.url, timeout=10).close()
@@ -61,4 +61,4 @@ class Server:
             process.kill()
         else:
             process.terminate()
-        process.wait(timeout=30)
+        process.wait(timeout=120)

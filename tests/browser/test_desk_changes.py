@@ -12,12 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from playwright.sync_api import Page, WebSocketRoute, expect
+from playwright.sync_api import Page, Route, WebSocketRoute, expect
 from websockets.sync.client import connect
 
 from tests.browser.desk import (
     HeldBack,
     at,
+    expect_lost_server,
     open_page,
     picture,
     wait_for,
@@ -50,7 +51,7 @@ def test_the_gizmo_changes_the_warp_at_once_and_the_server_follows(
     saved = tomllib.loads(text)["prop"][0]["goal"]["translation"]
     assert saved[0] * 1e3 == pytest.approx(moved, abs=0.06)
 
-    page.expected_errors.append("WebSocket connection")  # type: ignore[attr-defined]
+    expect_lost_server(page)
     server.stop()
     server.start()
     page.reload()
@@ -192,7 +193,7 @@ def test_changes_outlive_a_server_that_goes_and_comes_back(
     page: Page, serve: Serve, ball: Path
 ) -> None:
     """One is made before the server dies and not saved, one while it is gone: both are there."""
-    page.expected_errors.append("WebSocket connection")  # type: ignore[attr-defined]
+    expect_lost_server(page)
     server = serve(ball)
     open_page(page, server.url)
     shift = page.locator("input[name=translation-1]")
@@ -213,6 +214,31 @@ def test_changes_outlive_a_server_that_goes_and_comes_back(
     goal = tomllib.loads(ball.read_text())["prop"][0]["goal"]
     assert goal["translation"] == [0.015, 0.004, 0.0]
     assert goal["rotation_deg"] == [0.0, 0.0, 20.0]
+
+
+def test_a_warp_on_its_way_when_the_server_goes_comes_once_it_is_back(
+    page: Page, serve: Serve, ball: Path
+) -> None:
+    """One thing went wrong, so one is told; the request that it cut off is no second one."""
+    expect_lost_server(page)
+    server = serve(ball)
+    open_page(page, server.url)
+    whole_warp(page)
+    on_their_way: list[Route] = []
+    page.route("**/tables/**", lambda route: on_their_way.append(route))
+    shift = page.locator("input[name=translation-1]")
+    shift.fill("4")
+    shift.press("Enter")
+    wait_until(page, lambda: on_their_way, "no new warp was asked for")
+    server.stop(at_once=True)
+    for route in on_their_way:
+        route.continue_()
+    page.unroute("**/tables/**")
+    expect(page.locator(".failure")).to_contain_text("server is gone")
+    server.start()
+    whole_warp(page)
+    expect(page.locator(".failure")).to_have_count(0)
+    expect(shift).to_have_value("4")
 
 
 def test_a_file_that_was_changed_meanwhile_is_not_overwritten(

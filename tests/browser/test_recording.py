@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 from playwright.sync_api import Page, WebSocketRoute, expect
 
 import touchwarp as tw
-from tests.browser.desk import at, open_page, wait_until, whole_warp
+from tests.browser.desk import at, expect_lost_server, open_page, wait_until, whole_warp
 from tests.browser.server import Server
 from touchwarp.live.export import export_page
 
@@ -59,7 +59,7 @@ def test_a_recording_survives_the_server_s_death(
     page: Page, serve: Serve, ball: Path, screenshots: Path
 ) -> None:
     """Killed in the middle and back some frames later: every frame is on disk once."""
-    page.expected_errors.append("WebSocket connection")  # type: ignore[attr-defined]
+    expect_lost_server(page)
     server = serve(ball)
     open_page(page, server.url)
     whole_warp(page)

@@ -11,7 +11,7 @@ from playwright.sync_api import Page
 from websockets.sync.client import connect
 
 import touchwarp as tw
-from tests.browser.desk import wait_until, whole_warp
+from tests.browser.desk import expect_lost_server, wait_until, whole_warp
 from tests.browser.headset import RADIUS, Headset
 from tests.browser.person import AWAY, REST, Person, RealProp, touchable
 from tests.browser.server import Server
@@ -140,8 +140,7 @@ def test_two_props_are_solved_for_where_they_really_stand(
     page: Page, serve: Serve, tmp_path: Path, screenshots: Path
 ) -> None:
     """One is 30 mm and 20° off in the scene; the server dies while it solves, and comes back."""
-    page.expected_errors.append("WebSocket connection")  # type: ignore[attr-defined]
-    page.expected_errors.append("ERR_CONNECTION_REFUSED")  # type: ignore[attr-defined]
+    expect_lost_server(page)
     path = tmp_path / "mugs.toml"
     path.write_text(TWO_MUGS)
     scene = tw.load_scene(path)

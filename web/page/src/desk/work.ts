@@ -21,6 +21,7 @@ const TASKS = { bases: "Preparing live changes", solve: "Solving", check: "Check
 /** What the server is doing, and what went wrong, over the scene: nothing else moves for it. */
 export function renderWork(context: Context, { progress, failures, note, connected }: Work): void {
   const { state, tables } = context;
+  const gone = state.live && !connected;
   render(
     html`
       ${[...progress.values()].map(
@@ -30,10 +31,10 @@ export function renderWork(context: Context, { progress, failures, note, connect
         </div>`,
       )}
       ${[...failures].map(([task, reason]) => html`<p class="failure" data-task=${task}>${reason}</p>`)}
-      ${tables.problem ? html`<p class="failure">${tables.problem}</p>` : nothing}
+      ${tables.problem && !gone ? html`<p class="failure">${tables.problem}</p>` : nothing}
       ${note ? html`<p class=${note.isTrouble ? "failure" : "note"}>${note.text}</p>` : nothing}
       ${
-        state.live && !connected
+        gone
           ? html`<p class="failure">The server is gone; trying again … What is shown can still be
               probed, and nothing that is recorded is lost.</p>`
           : nothing

@@ -27,6 +27,7 @@ export class Tables {
   version = 0;
   /** Counts every change of what is to be displayed; within one, warps differ by their errors only. */
   generation = 0;
+  /** Why the file that the last state names could not be fetched. */
   problem: string | null = null;
 
   #warp: Held<Warp> | null = null;
@@ -72,6 +73,7 @@ export class Tables {
 
   /** Take over what a new state names. */
   update(state: SceneState): void {
+    this.problem = null; // what failed is asked for again, or no longer wanted
     this.#warpCurrent = state.warp_current;
     const stand = JSON.stringify(state.props.map(({ pose, surface }) => [pose, surface]));
     const scene = JSON.stringify([stand, state.props.map(({ goal }) => goal)]);
@@ -183,12 +185,15 @@ export class Tables {
   async #fetchWarp(file: WarpFile): Promise<void> {
     const held: Held<Warp> = { file, scene: this.#scene, table: null };
     this.#next = held;
-    const whole = await this.#fetch(file, (warp) => {
+    const problem = await this.#fetch(file, (warp) => {
       if ("displayed" in warp) held.table = warp;
     });
-    // the next state that names it asks for it again
-    if (!whole && this.#next === held) this.#next = null;
-    if (!whole && this.#warp === held) this.#warp = null;
+    if (problem !== null && (this.#next === held || this.#warp === held)) {
+      // the next state that names it asks for it again
+      if (this.#next === held) this.#next = null;
+      else this.#warp = null;
+      this.problem = problem;
+    }
     this.#choose();
   }
 
@@ -196,17 +201,20 @@ export class Tables {
     const held: Held<AffineBases> = { file, scene: this.#scene, table: null };
     this.#bases = held;
     this.#instant = null;
-    const whole = await this.#fetch(file, (bases) => {
+    const problem = await this.#fetch(file, (bases) => {
       if (this.#bases !== held || "displayed" in bases) return;
       held.table = bases;
       this.#instant = bases.warp(Object.fromEntries(this.#goals));
     });
-    if (!whole && this.#bases === held) this.#bases = this.#instant = null;
+    if (problem !== null && this.#bases === held) {
+      this.#bases = this.#instant = null;
+      this.problem = problem;
+    }
     this.#choose();
   }
 
-  /** Whether all of it came; `use` is told when it can be used. */
-  async #fetch(file: WarpFile, use: (table: Warp | AffineBases) => void): Promise<boolean> {
+  /** Null once all of it came, else what went wrong; `use` is told when it can be used. */
+  async #fetch(file: WarpFile, use: (table: Warp | AffineBases) => void): Promise<string | null> {
     try {
       const arriving = await this.open(new URL(file.url, document.baseURI), {
         onLevel: () => this.#choose(),
@@ -214,11 +222,9 @@ export class Tables {
       use(arriving.warp);
       this.#choose();
       await arriving.complete;
-      this.problem = null;
-      return true;
+      return null;
     } catch (error) {
-      this.problem = error instanceof Error ? error.message : String(error);
-      return false;
+      return error instanceof Error ? error.message : String(error);
     }
   }
 

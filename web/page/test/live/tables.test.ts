@@ -227,6 +227,19 @@ describe("the warp in use", () => {
     expect(tables.exact).toBe(true);
   });
 
+  it("tells no problem of a file that is no longer wanted", async () => {
+    tables.update(state(0, { warp: file("a"), warp_current: true }));
+    tables.update(state(0.01, { warp: file("b"), warp_current: true }));
+    requests[0]!.fail();
+    await settle();
+    expect(tables.problem).toBeNull();
+    requests[1]!.fail();
+    await settle();
+    expect(tables.problem).toBe("broke off");
+    tables.update(state(0.02, { warp: null, warp_current: false })); // as of a server started anew
+    expect(tables.problem).toBeNull();
+  });
+
   it("is the solved one again when a move was refused", async () => {
     const now = state(0, { warp: file("a"), warp_current: true, bases: file("bases") });
     tables.update(now);
