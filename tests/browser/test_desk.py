@@ -10,7 +10,7 @@ import igl
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 import touchwarp as tw
 from tests.browser.desk import (
@@ -309,11 +309,28 @@ def test_a_headset_s_way_is_told_where_there_is_none(page: Page, ball_server: Se
     expect(dialog).to_have_count(0)
 
 
+def test_the_page_is_there_before_its_scene(page: Page, ball_server: Server) -> None:
+    asked: list[Route] = []
+    page.route("**/boot.json", lambda route: asked.append(route))
+    page.goto(ball_server.url)
+    expect(page.locator("#loading")).to_have_text("Loading the scene …")
+    wait_until(page, lambda: asked, "the scene is not asked for")
+    asked[0].continue_()
+    page.wait_for_selector("body[data-ready]")
+    expect(page.locator("#loading")).to_have_count(0)
+
+
 def test_a_page_that_cannot_start_says_why(page: Page, ball_server: Server) -> None:
     page.expected_errors.append("500")  # type: ignore[attr-defined]
     page.route("**/boot.json", lambda route: route.fulfill(status=500, body=""))
     page.goto(ball_server.url)
     expect(page.locator("#trouble")).to_have_text("The scene cannot be fetched (500).")
+    expect(page.locator("#loading")).to_have_count(0)
+    page.unroute("**/boot.json")
+    page.expected_errors.append("503")  # type: ignore[attr-defined]
+    page.route("**/boot.json", lambda route: route.fulfill(status=503, body="No prop has a name."))
+    page.reload()
+    expect(page.locator("#trouble")).to_have_text("No prop has a name.")
     page.unroute("**/boot.json")
     page.expected_errors.append("404")  # type: ignore[attr-defined]
     page.route("**/surfaces/*", lambda route: route.fulfill(status=404, body=""))

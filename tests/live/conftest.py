@@ -8,12 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from starlette.testclient import TestClient
+from starlette.types import ASGIApp
 
 from tests.cli.conftest import SCENE, ball_exact, ball_table  # noqa: F401  (fixtures)
-from touchwarp.live.access import Invitation
+from touchwarp.live.access import Guard, Invitation
 from touchwarp.live.application import make_application
 from touchwarp.live.conversation import Hub
 from touchwarp.live.opening import open_workbench
+from touchwarp.live.reception import make_reception
 from touchwarp.live.recordings import RecordingStore
 from touchwarp.live.workbench import Workbench
 from touchwarp.warp import TableWarp
@@ -43,15 +45,13 @@ class Served:
         (page / "assets").mkdir(parents=True)
         (page / "index.html").write_text("<!doctype html><title>the page</title>")
         (page / "assets" / "a.js").write_text("1")
-        self.app = make_application(
-            self.workbench,
-            self.hub,
-            self.store,
-            page,
-            local_port=LOCAL_PORT,
-            remote=REMOTE,
-            invitation=self.invitation,
-        )
+        scene = make_application(self.workbench, self.hub, self.store, local_port=LOCAL_PORT)
+
+        async def opened() -> ASGIApp:
+            return scene
+
+        reception = make_reception(page, self.invitation, opened)
+        self.app = Guard(reception, LOCAL_PORT, REMOTE, self.invitation)
 
     def client(self, base: str = f"http://localhost:{LOCAL_PORT}") -> TestClient:
         return TestClient(self.app, base_url=base)

@@ -42,27 +42,29 @@ def test_it_serves_this_machine_and_a_headset_and_ends_by_ctrl_c(
         assert local is not None
         text = ""
         while "adb reverse" not in text:
-            text += process.stdout.readline()
+            line = process.stdout.readline()
+            assert line, "it has ended"
+            text += line
         link = re.search(r"https://127\.0\.0\.2:\d+/enter\?token=\S+", text)
         assert link is not None
-        with urllib.request.urlopen(f"{local[0]}/boot.json", timeout=30) as answer:
+        with urllib.request.urlopen(f"{local[0]}/boot.json", timeout=120) as answer:
             assert b"ball.toml" in answer.read()
         anyone = ssl.create_default_context()
         anyone.check_hostname, anyone.verify_mode = False, ssl.CERT_NONE
         with pytest.raises(urllib.error.HTTPError, match="401") as refused:
             urllib.request.urlopen(
-                link[0].replace("/enter?token=", "/boot.json?"), context=anyone, timeout=30
+                link[0].replace("/enter?token=", "/boot.json?"), context=anyone, timeout=120
             )
         refused.value.close()
         keeping = urllib.request.build_opener(
             urllib.request.HTTPSHandler(context=anyone), urllib.request.HTTPCookieProcessor()
         )
-        with keeping.open(link[0], timeout=30) as answer:
+        with keeping.open(link[0], timeout=120) as answer:
             assert answer.url.endswith("/")
     finally:
         process.send_signal(signal.SIGINT)
         process.stdout.close()
-        assert process.wait(timeout=30) == 0
+        assert process.wait(timeout=120) == 0
 
 
 def test_a_taken_port_is_told() -> None:
@@ -117,8 +119,42 @@ def test_the_invitation_tells_every_way_in() -> None:
         assert part in text
 
 
-def test_the_address_is_told_before_what_takes_its_time_is_loaded():
-    slow = "{'numba', 'scipy', 'trimesh', 'uvicorn'}"
-    told = f"import sys, touchwarp.live.serving; print({slow} & set(sys.modules))"
+def test_the_address_is_told_and_the_page_served_before_what_takes_its_time_is_loaded() -> None:
+    slow = "{'numba', 'scipy', 'trimesh', 'numpy'}"
+    modules = "touchwarp.live.serving, touchwarp.live.reception"
+    told = f"import sys, {modules}; print({slow} & set(sys.modules))"
     run = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "set()"
+
+
+def test_a_scene_that_cannot_be_opened_ends_it_with_the_reason(tmp_path: Path) -> None:
+    path = tmp_path / "broken.toml"
+    path.write_text("[[prop]]\n")
+    command = [sys.executable, "-m", "touchwarp", "view", str(path), "--no-browser", "--port", "0"]
+    run = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", timeout=240)
+    assert run.returncode == 2
+    assert "broken.toml is at http://localhost:" in run.stdout
+    assert "broken.toml" in run.stderr
+
+
+def test_ctrl_c_ends_it_while_the_scene_is_being_opened(tmp_path: Path) -> None:
+    """The twin of a thread that is waited for: one that never ends."""
+    never = (
+        "import sys, threading\n"
+        "from pathlib import Path\n"
+        "from touchwarp.cli.main import main\n"
+        "from touchwarp.live import serving\n"
+        "serving._Opening._open = lambda self: threading.Event().wait()\n"
+        f"sys.exit(main(['view', {str(tmp_path)!r}, '--no-browser', '--port', '0']))\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-u", "-c", never], stdout=subprocess.PIPE, text=True, encoding="utf-8"
+    )
+    assert process.stdout is not None
+    with process.stdout as told:
+        address = re.search(r"http://localhost:\d+", told.readline())
+        assert address is not None
+        with urllib.request.urlopen(address[0], timeout=120) as answer:
+            assert b"touchwarp" in answer.read()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=120) == 0

@@ -37,10 +37,7 @@ _log = logging.getLogger("touchwarp")
 
 
 class Hub:
-    """All conversations of one server.
-
-    `tell` may be called from any thread; until `start` (the server's loop runs) it does nothing.
-    """
+    """All conversations of one server; `tell` may be called from any thread."""
 
     def __init__(self) -> None:
         self._workbench: Workbench | None = None
@@ -51,14 +48,6 @@ class Hub:
     def serve(self, workbench: Workbench, recordings: RecordingStore | None) -> None:
         """What the conversations are about."""
         self._workbench, self._recordings = workbench, recordings
-
-    def start(self) -> None:
-        """Begin to pass on what is told; called in the server's loop."""
-        self._loop = asyncio.get_running_loop()
-
-    def stop(self) -> None:
-        """Pass on nothing more."""
-        self._loop = None
 
     def tell(self, message: FromServer) -> None:
         """Tell every page."""
@@ -74,6 +63,7 @@ class Hub:
         """One conversation, from its beginning to its end."""
         assert self._workbench is not None
         await socket.accept()
+        self._loop = asyncio.get_running_loop()
         queue: asyncio.Queue[FromServer] = asyncio.Queue()
         self._waiting.add(queue)
         queue.put_nowait(self._workbench.state)
@@ -92,6 +82,8 @@ class Hub:
             pass
         finally:
             self._waiting.discard(queue)
+            if not self._waiting:
+                self._loop = None
             sender.cancel()
 
     def _answer(self, message: Any) -> FromServer | None:

@@ -1,7 +1,7 @@
 """Serving: which addresses, what is printed for a headset, and the built page.
 
-What takes its time to be loaded is so after the address has been told: a browser that comes
-meanwhile waits at the listening socket.
+What takes its time to be loaded is so in a thread, once the address has been told and the page is
+served: a browser loads the page meanwhile and waits for the scene.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import io
 import ipaddress
 import socket
 import tempfile
+import threading
 import webbrowser
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,9 +23,11 @@ from touchwarp.errors import LiveError
 
 if TYPE_CHECKING:
     import uvicorn
+    from starlette.types import ASGIApp
 
     from touchwarp.live.access import Invitation
     from touchwarp.live.https import HttpsIdentity
+    from touchwarp.live.workbench import Workbench
 
 PAGE = Path(__file__).parent / "page"
 LOCAL = "127.0.0.1"
@@ -80,12 +83,10 @@ def serve(settings: Settings, say: Say) -> bool:
         if settings.path.exists():  # what is missing is told of below
             say(f"{settings.path.name} is at http://localhost:{port} (Ctrl-C ends it).")
 
-        from touchwarp.live.access import Invitation
-        from touchwarp.live.application import make_application
-        from touchwarp.live.conversation import Hub
-        from touchwarp.live.opening import open_workbench
-        from touchwarp.live.recordings import RecordingStore
+        from touchwarp.live.access import Guard, Invitation
+        from touchwarp.live.reception import make_reception
 
+        invitation = Invitation()
         if remote is not None:
             from platformdirs import user_data_path
 
@@ -93,39 +94,85 @@ def serve(settings: Settings, say: Say) -> bool:
 
             identity = identity_for(address, user_data_path("touchwarp", appauthor=False) / "https")
             address = f"{_bracketed(address)}:{remote.getsockname()[1]}"
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="touchwarp-view-")))
-        hub = Hub()
-        workbench = open_workbench(settings.path, folder, hub.tell)
-        store = RecordingStore(settings.recordings)
-        hub.serve(workbench, store)
-        invitation = Invitation()
-        if identity is not None:
             shown = identity
 
             def invite(new: Invitation) -> None:
                 say(invitation_text(address, new, shown, port))
 
             invitation.renewed = invite
-        app = make_application(
-            workbench,
-            hub,
-            store,
-            page,
-            local_port=port,
-            remote=address or None,
-            invitation=invitation,
+            invite(invitation)
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="touchwarp-view-")))
+        opening = _Opening(settings, folder, port)
+        app = Guard(
+            make_reception(page, invitation, opening.application), port, address or None, invitation
         )
-        if identity is not None:
-            say(invitation_text(address, invitation, identity, port))
-        workbench.start()
         servers = [(_server(app), local)]
         if remote is not None and identity is not None:
             servers.append((_server(app, identity), remote))
-        if settings.open_browser:
+        if settings.open_browser and settings.path.exists():
             webbrowser.open(f"http://localhost:{port}")
         with contextlib.suppress(KeyboardInterrupt):  # the way to end it
-            asyncio.run(_run(servers))
-        return workbench.close()
+            asyncio.run(_run(servers, opening))
+        return opening.close()
+
+
+class _Opening:
+    """The scene on its way: libraries and files are loaded in a thread of their own."""
+
+    def __init__(self, settings: Settings, folder: Path, port: int) -> None:
+        self._settings, self._folder, self._port = settings, folder, port
+        self._workbench: Workbench | None = None
+        self._opened: asyncio.Future[ASGIApp] | None = None
+
+    def begin(self) -> asyncio.Future[ASGIApp]:
+        """Open it; the future, of the running loop, has the application or why there is none."""
+        loop = asyncio.get_running_loop()
+        opened = self._opened = loop.create_future()
+
+        def tell(outcome: ASGIApp | BaseException) -> None:
+            if opened.cancelled():
+                return
+            if isinstance(outcome, BaseException):
+                opened.set_exception(outcome)
+            else:
+                opened.set_result(outcome)
+
+        def work() -> None:
+            outcome: ASGIApp | BaseException
+            try:
+                outcome = self._open()
+            except BaseException as error:  # whatever it is, it is raised where it is waited for
+                outcome = error
+            with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
+                loop.call_soon_threadsafe(tell, outcome)
+
+        # a daemon: the program may be ended before
+        threading.Thread(target=work, name="opening", daemon=True).start()
+        return opened
+
+    async def application(self) -> ASGIApp:
+        """The scene's application, once it is there."""
+        assert self._opened is not None, "it has begun"
+        return await asyncio.shield(self._opened)
+
+    def close(self) -> bool:
+        """Stop all work; whether that came in time."""
+        return self._workbench is not None and self._workbench.close()
+
+    def _open(self) -> ASGIApp:
+        from touchwarp.live.application import make_application
+        from touchwarp.live.conversation import Hub
+        from touchwarp.live.opening import open_workbench
+        from touchwarp.live.recordings import RecordingStore
+
+        hub = Hub()
+        workbench = open_workbench(self._settings.path, self._folder, hub.tell)
+        store = RecordingStore(self._settings.recordings)
+        hub.serve(workbench, store)
+        app = make_application(workbench, hub, store, local_port=self._port)
+        workbench.start()
+        self._workbench = workbench
+        return app
 
 
 def built_page() -> Path:
@@ -246,14 +293,26 @@ def _server(app: object, identity: HttpsIdentity | None = None) -> uvicorn.Serve
     )
 
 
-async def _run(servers: list[tuple[uvicorn.Server, socket.socket]]) -> None:
-    """Run all servers until one is interrupted, then end the others."""
+async def _run(servers: list[tuple[uvicorn.Server, socket.socket]], opening: _Opening) -> None:
+    """Run all servers until one is interrupted or there is no scene, then end the others."""
+    opened = opening.begin()
+
+    def end() -> None:
+        for server, _ in servers:
+            server.should_exit = True
+
+    def end_without(scene: asyncio.Future[ASGIApp]) -> None:
+        if not scene.cancelled() and scene.exception() is not None:
+            end()
+
+    opened.add_done_callback(end_without)
 
     async def run(server: uvicorn.Server, listening: socket.socket) -> None:
         try:
             await server.serve(sockets=[listening])
         finally:
-            for other, _ in servers:
-                other.should_exit = True
+            end()
 
     await asyncio.gather(*(run(*pair) for pair in servers))
+    if opened.done():
+        opened.result()

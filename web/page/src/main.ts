@@ -8,8 +8,11 @@ import type { FromServer, SceneState } from "./live/messages.js";
 import { Recorder } from "./live/recorder.js";
 import { Tables } from "./live/tables.js";
 
+const loading = document.querySelector("#loading")!;
+
 async function start(): Promise<void> {
   const answer = await fetch("./boot.json", { cache: "no-store" });
+  if (answer.status === 503) throw new Error(await answer.text()); // the server tells why
   if (!answer.ok) throw new Error(`The scene cannot be fetched (${answer.status}).`);
   let state = (await answer.json()) as SceneState;
   document.title = `${state.name} · touchwarp`;
@@ -39,6 +42,7 @@ async function start(): Promise<void> {
   });
   tables.update(state);
   const desk = await mountDesk(context);
+  loading.remove();
   // for experiments and tests, as in the headset (xr/probe.ts)
   if (new URLSearchParams(location.search).has("probe")) window.touchwarpDesk = desk;
   const xr = await import("./xr/index.js");
@@ -52,6 +56,7 @@ function socketAddress(): string {
 }
 
 start().catch((error: unknown) => {
+  loading.remove();
   const place = document.querySelector("#trouble")!;
   place.textContent = error instanceof Error ? error.message : String(error);
   place.removeAttribute("hidden");
