@@ -6,6 +6,7 @@ import json
 import shutil
 import struct
 import subprocess
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -108,12 +109,19 @@ def validator(request: pytest.FixtureRequest) -> Path:
     if npm is None or shutil.which("node") is None:
         pytest.skip("Node.js and npm are not here, which the Khronos validator needs")
     assert request.config.cache is not None
-    folder = Path(request.config.cache.mkdir("gltf-validator"))
-    if not (folder / "node_modules" / "gltf-validator").is_dir():
-        command = [npm, "install", "--no-audit", "--no-fund", "--prefix", str(folder), VALIDATOR]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    cache = Path(request.config.cache.mkdir("gltf-validator"))
+    folder = cache / "whole"
+    if not folder.exists():
+        # made aside and renamed: several processes may run these tests at once
+        made = Path(tempfile.mkdtemp(dir=cache))
+        command = [npm, "install", "--no-audit", "--no-fund", "--prefix", str(made), VALIDATOR]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=600)
         if done.returncode:
             pytest.fail(f"the Khronos validator cannot be got from npm:\n{done.stderr[-500:]}")
+        try:
+            made.rename(folder)
+        except OSError:  # another was first
+            shutil.rmtree(made)
     return folder
 
 
@@ -128,7 +136,7 @@ def verdict(validator: Path, path: Path) -> dict[str, Any]:
         cwd=validator,
         check=True,
         capture_output=True,
-        timeout=60,
+        timeout=600,
     )
     report: dict[str, Any] = json.loads(done.stdout)
     return report

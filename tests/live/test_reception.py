@@ -7,6 +7,7 @@ from pathlib import Path
 
 import httpx2
 import pytest
+from anyio.from_thread import start_blocking_portal
 from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp
 
@@ -44,7 +45,10 @@ def test_the_page_comes_at_once_and_the_scene_when_it_is_open(page: Path) -> Non
         assert await scene == (200, "the scene")
         assert await get(app, "/") == (200, "the page")
 
-    asyncio.run(visit())
+    with (
+        start_blocking_portal() as portal
+    ):  # a thread of its own: a browser's tests have a loop here
+        portal.call(visit)
 
 
 def test_why_there_is_no_scene_is_told_to_who_waits(page: Path) -> None:
@@ -56,4 +60,7 @@ def test_why_there_is_no_scene_is_told_to_who_waits(page: Path) -> None:
         assert await get(app, "/boot.json") == (503, "prop 1 has no name")
         assert await get(app, "/") == (200, "the page")
 
-    asyncio.run(visit())
+    with (
+        start_blocking_portal() as portal
+    ):  # a thread of its own: a browser's tests have a loop here
+        portal.call(visit)

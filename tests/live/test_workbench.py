@@ -33,7 +33,7 @@ class Told(list[FromServer]):
             self._more.notify_all()
 
     def wait(self, found: Callable[[FromServer], bool]) -> FromServer:
-        deadline = time.monotonic() + 120
+        deadline = time.monotonic() + 600  # kernels may have to be compiled first
         with self._more:
             while not any(found(m) for m in self):
                 assert self._more.wait(deadline - time.monotonic()), "told nothing of the kind"
