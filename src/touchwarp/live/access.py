@@ -27,6 +27,8 @@ ENTRANCE = "/enter"
 LOCAL_NAMES = frozenset({"localhost", "127.0.0.1", "[::1]"})
 SECONDS_BETWEEN_TRIES = 1.0
 TRIES_A_CODE = 10
+MOST_BYTES = 4 << 20
+"""Of one message; a second of two hands takes half a megabyte."""
 
 HEADERS = {
     "Content-Security-Policy": (

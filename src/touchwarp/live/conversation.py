@@ -14,6 +14,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from touchwarp.errors import StudyError, TouchwarpError
+from touchwarp.live.access import MOST_BYTES
 from touchwarp.live.messages import (
     FROM_PAGE,
     Acknowledged,
@@ -29,9 +30,6 @@ from touchwarp.live.messages import (
 )
 from touchwarp.live.recordings import RecordingStore
 from touchwarp.live.workbench import Workbench
-
-MOST_BYTES = 4 << 20
-"""Of one message; a second of two hands takes half a megabyte."""
 
 _log = logging.getLogger("touchwarp")
 

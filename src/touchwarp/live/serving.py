@@ -36,6 +36,9 @@ FIND = ("auto", "0.0.0.0", "::")
 """Hosts for which this machine's network address is found: who asks for every address wants the one
 that a headset can open."""
 
+ANSWERED = 0.2
+"""s, in which a page that has waited for the scene is told it, before work begins."""
+
 Say = Callable[[str], None]
 
 
@@ -124,10 +127,16 @@ class _Opening:
         self._workbench: Workbench | None = None
         self._opened: asyncio.Future[ASGIApp] | None = None
 
-    def begin(self) -> asyncio.Future[ASGIApp]:
-        """Open it; the future, of the running loop, has the application or why there is none."""
-        loop = asyncio.get_running_loop()
-        opened = self._opened = loop.create_future()
+    @property
+    def opened(self) -> asyncio.Future[ASGIApp]:
+        """Of the running loop: the scene's application, or why there is none."""
+        if self._opened is None:
+            self._opened = asyncio.get_running_loop().create_future()
+        return self._opened
+
+    def begin(self) -> None:
+        """Open it, in the background."""
+        loop, opened = asyncio.get_running_loop(), self.opened
 
         def tell(outcome: ASGIApp | BaseException) -> None:
             if opened.cancelled():
@@ -136,6 +145,9 @@ class _Opening:
                 opened.set_exception(outcome)
             else:
                 opened.set_result(outcome)
+                assert self._workbench is not None
+                # kernels keep the interpreter to themselves: who waits is answered before
+                loop.call_later(ANSWERED, self._workbench.start)
 
         def work() -> None:
             outcome: ASGIApp | BaseException
@@ -148,12 +160,10 @@ class _Opening:
 
         # a daemon: the program may be ended before
         threading.Thread(target=work, name="opening", daemon=True).start()
-        return opened
 
     async def application(self) -> ASGIApp:
         """The scene's application, once it is there."""
-        assert self._opened is not None, "it has begun"
-        return await asyncio.shield(self._opened)
+        return await asyncio.shield(self.opened)
 
     def close(self) -> bool:
         """Stop all work; whether that came in time."""
@@ -169,10 +179,8 @@ class _Opening:
         workbench = open_workbench(self._settings.path, self._folder, hub.tell)
         store = RecordingStore(self._settings.recordings)
         hub.serve(workbench, store)
-        app = make_application(workbench, hub, store, local_port=self._port)
-        workbench.start()
         self._workbench = workbench
-        return app
+        return make_application(workbench, hub, store, local_port=self._port)
 
 
 def built_page() -> Path:
@@ -276,7 +284,7 @@ def _bracketed(address: str) -> str:
 def _server(app: object, identity: HttpsIdentity | None = None) -> uvicorn.Server:
     import uvicorn
 
-    from touchwarp.live.conversation import MOST_BYTES
+    from touchwarp.live.access import MOST_BYTES
 
     return uvicorn.Server(
         uvicorn.Config(
@@ -295,17 +303,10 @@ def _server(app: object, identity: HttpsIdentity | None = None) -> uvicorn.Serve
 
 async def _run(servers: list[tuple[uvicorn.Server, socket.socket]], opening: _Opening) -> None:
     """Run all servers until one is interrupted or there is no scene, then end the others."""
-    opened = opening.begin()
 
     def end() -> None:
         for server, _ in servers:
             server.should_exit = True
-
-    def end_without(scene: asyncio.Future[ASGIApp]) -> None:
-        if not scene.cancelled() and scene.exception() is not None:
-            end()
-
-    opened.add_done_callback(end_without)
 
     async def run(server: uvicorn.Server, listening: socket.socket) -> None:
         try:
@@ -313,6 +314,18 @@ async def _run(servers: list[tuple[uvicorn.Server, socket.socket]], opening: _Op
         finally:
             end()
 
+    async def open_scene() -> None:
+        while not all(server.started for server, _ in servers):
+            await asyncio.sleep(0.01)  # the page first
+        try:
+            opening.begin()
+            await opening.opened
+        except BaseException:
+            end()
+            raise
+
+    scene = asyncio.create_task(open_scene())
     await asyncio.gather(*(run(*pair) for pair in servers))
-    if opened.done():
-        opened.result()
+    if scene.done():
+        scene.result()
+    scene.cancel()
