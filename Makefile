@@ -37,7 +37,7 @@ types: $(VENV)/.develops
 
 # the browser's tests measure time: nothing else runs beside them
 tests: $(VENV)/.develops $(PAGE)
-	$(BIN)/pytest -q --numprocesses auto --maxprocesses 4 --ignore tests/browser
+	$(BIN)/pytest -q --numprocesses auto --maxprocesses 4 --dist worksteal --ignore tests/browser
 	$(BIN)/pytest -q tests/browser
 
 wheel: $(VENV)/.develops

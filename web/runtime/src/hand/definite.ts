@@ -41,6 +41,57 @@ export function halfSolve(L: Float64Array, n: number, b: Float64Array, at = 0): 
   }
 }
 
+/** `factor` of four unknowns, written out: that of fingers is done some fifty times a hand and frame. */
+export function factorFour(A: Float64Array, springs: Float64Array): boolean {
+  const pivot0 = A[0]!;
+  if (!(pivot0 > LEAST * springs[0]!)) {
+    return false;
+  }
+  const l00 = 1 / Math.sqrt(pivot0);
+  const l10 = A[4]! * l00;
+  const l20 = A[8]! * l00;
+  const l30 = A[12]! * l00;
+  const pivot1 = A[5]! - l10 * l10;
+  if (!(pivot1 > LEAST * springs[1]!)) {
+    return false;
+  }
+  const l11 = 1 / Math.sqrt(pivot1);
+  const l21 = (A[9]! - l20 * l10) * l11;
+  const l31 = (A[13]! - l30 * l10) * l11;
+  const pivot2 = A[10]! - l20 * l20 - l21 * l21;
+  if (!(pivot2 > LEAST * springs[2]!)) {
+    return false;
+  }
+  const l22 = 1 / Math.sqrt(pivot2);
+  const l32 = (A[14]! - l30 * l20 - l31 * l21) * l22;
+  const pivot3 = A[15]! - l30 * l30 - l31 * l31 - l32 * l32;
+  if (!(pivot3 > LEAST * springs[3]!)) {
+    return false;
+  }
+  A[0] = l00;
+  A[4] = l10;
+  A[5] = l11;
+  A[8] = l20;
+  A[9] = l21;
+  A[10] = l22;
+  A[12] = l30;
+  A[13] = l31;
+  A[14] = l32;
+  A[15] = 1 / Math.sqrt(pivot3);
+  return true;
+}
+
+/** `halfSolve` of four unknowns. */
+export function halfSolveFour(L: Float64Array, b: Float64Array, at: number): void {
+  const x0 = b[at]! * L[0]!;
+  const x1 = (b[at + 1]! - L[4]! * x0) * L[5]!;
+  const x2 = (b[at + 2]! - L[8]! * x0 - L[9]! * x1) * L[10]!;
+  b[at + 3] = (b[at + 3]! - L[12]! * x0 - L[13]! * x1 - L[14]! * x2) * L[15]!;
+  b[at] = x0;
+  b[at + 1] = x1;
+  b[at + 2] = x2;
+}
+
 /** b = L⁻ᵀ b. */
 export function otherHalf(L: Float64Array, n: number, b: Float64Array): void {
   for (let i = n - 1; i >= 0; i--) {

@@ -1,4 +1,4 @@
-import { factor, halfSolve, otherHalf } from "./definite.js";
+import { factorFour, halfSolveFour, otherHalf } from "./definite.js";
 
 /** (m/rad)²: what bending and spreading a joint cost, per squared miss of a fingertip. */
 const FLEX = 6e-3 ** 2;
@@ -86,7 +86,7 @@ export class FingerStep {
     A: Float64Array,
     b: Float64Array,
   ): boolean {
-    const { F, H, K, P, halves, miss, pull, stiffness } = this;
+    const { F, H, P, halves, miss, pull, stiffness } = this;
     this.setCurvature(axes, at, curved);
     for (let n = 0; n < 4; n++) {
       const f0 = weight * F[3 * n]!;
@@ -97,31 +97,43 @@ export class FingerStep {
         H[4 * n + m] = H[4 * n + m]! + fF;
       }
       H[5 * n] = H[5 * n]! + stiffness[n]!;
-      for (let m = 0; m < 6; m++) {
-        const fP = f0 * P[3 * m]! + f1 * P[3 * m + 1]! + f2 * P[3 * m + 2]!;
-        halves[4 * m + n] = m < 3 ? fP : halves[4 * m + n]! + fP;
-      }
+      // P begins with the unit matrix, and its other half is a cross product's
+      halves[n] = f0;
+      halves[4 + n] = f1;
+      halves[8 + n] = f2;
+      halves[12 + n] = halves[12 + n]! + (f1 * P[10]! + f2 * P[11]!);
+      halves[16 + n] = halves[16 + n]! + (f0 * P[12]! + f2 * P[14]!);
+      halves[20 + n] = halves[20 + n]! + (f0 * P[15]! + f1 * P[16]!);
       halves[24 + n] = f0 * miss[0]! + f1 * miss[1]! + f2 * miss[2]! - pull[n]!;
     }
-    if (!factor(H, 4, stiffness)) {
+    if (!factorFour(H, stiffness)) {
       return false;
     }
     for (let m = 0; m < 28; m += 4) {
-      halfSolve(H, 4, halves, m);
+      halfSolveFour(H, halves, m);
     }
+    this.addTo(weight, A, b);
+    return true;
+  }
+
+  /** What is left of the finger, into the palm's equations. */
+  private addTo(weight: number, A: Float64Array, b: Float64Array): void {
+    const { K, P, halves, miss } = this;
     for (let m = 0; m < 6; m++) {
-      const p0 = weight * P[3 * m]!;
-      const p1 = weight * P[3 * m + 1]!;
-      const p2 = weight * P[3 * m + 2]!;
       const h0 = halves[4 * m]!;
       const h1 = halves[4 * m + 1]!;
       const h2 = halves[4 * m + 2]!;
       const h3 = halves[4 * m + 3]!;
+      const p0 = weight * P[3 * m]!;
+      const p1 = weight * P[3 * m + 1]!;
+      const p2 = weight * P[3 * m + 2]!;
       for (let n = 0; n <= m; n++) {
         const by = 4 * n;
-        const own = p0 * P[3 * n]! + p1 * P[3 * n + 1]! + p2 * P[3 * n + 2]!;
         const gone =
           h0 * halves[by]! + h1 * halves[by + 1]! + h2 * halves[by + 2]! + h3 * halves[by + 3]!;
+        // the palm's shift is the tip's own
+        const own =
+          n < 3 ? weight * P[3 * m + n]! : p0 * P[3 * n]! + p1 * P[3 * n + 1]! + p2 * P[3 * n + 2]!;
         const bent = n < 3 ? 0 : K[3 * m + n - 12]!;
         A[6 * m + n] = A[6 * m + n]! + (own - gone + bent);
       }
@@ -129,7 +141,6 @@ export class FingerStep {
       const gone = h0 * halves[24]! + h1 * halves[25]! + h2 * halves[26]! + h3 * halves[27]!;
       b[m] = b[m]! + (own - gone);
     }
-    return true;
   }
 
   /** What the palm's step δ leaves to the angles, and the force that is left. */
