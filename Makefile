@@ -35,10 +35,11 @@ lint: $(VENV)/.develops
 types: $(VENV)/.develops
 	$(BIN)/mypy
 
-# the browser's tests measure time: nothing else runs beside them
+# side by side, neighbours with the same worker: they need the same kernels and the same servers
 tests: $(VENV)/.develops $(PAGE)
 	$(BIN)/pytest -q --numprocesses auto --maxprocesses 4 --dist worksteal --ignore tests/browser
-	$(BIN)/pytest -q tests/browser
+	$(BIN)/python -m tests.browser.chromium
+	$(BIN)/pytest -q --numprocesses auto --maxprocesses 2 --dist worksteal tests/browser
 
 wheel: $(VENV)/.develops
 	$(BIN)/python .ci/check_wheel.py

@@ -80,3 +80,7 @@ def find_installed() -> Path | None:
     """The first Chromium or Chrome on the PATH."""
     found = next((path for path in map(shutil.which, NAMES) if path), None)
     return None if found is None else Path(found)
+
+
+if __name__ == "__main__":  # before tests that run side by side, which would all want to install it
+    print(f"browser tests run in {obtain_chromium()[1]}")
