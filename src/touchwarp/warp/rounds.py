@@ -56,11 +56,13 @@ def fit_round(
     field = field_error(grid, solution, lane_scale, normal_lanes)
 
     def estimate(fitted: Fitted | None) -> TableError:
+        tolerance = slack * solver.tolerance
         return estimate_error(
-            problem, solution, solver.tube, lane_scale, slack * solver.tolerance, field, fitted
+            problem, solution, grid, solver.tube, lane_scale, tolerance, field, fitted
         )
 
-    if refine is not None and refine(estimate(None)):
+    # a fit that only has to be applied takes little more than this look
+    if refine is not None and known is None and refine(estimate(None)):
         return None
     maker = known or TableMaker(problem, solution, grid, solver.tube)
     fitted = maker.fitted(solution, data, normal_lanes, lane_scale)

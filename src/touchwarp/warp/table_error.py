@@ -41,59 +41,49 @@ class TableError:
     poor_depths: NDArray[np.int64]
 
 
-@dataclass(frozen=True, eq=False)
-class FieldError:
-    """What trilinear interpolation of a solution would miss, fits aside.
-
-    Attributes:
-        nodes: for each stage, (k,) int32, the nodes in Ω whose values the table takes.
-        size: for each, (k,) float32 m.
-    """
-
-    nodes: list[NDArray[np.int32]]
-    size: list[NDArray[np.float32]]
-
-
 def field_error(
     grid: TableGrid,
     solution: Solution,
     lane_scale: NDArray[np.float32],
     normal_lanes: NDArray[np.bool_],
-) -> FieldError:
-    """Add up discretisation (τ) and interpolation (⅛ |Σ h² ∂²u|).
+) -> list[NDArray[np.float32]]:
+    """What trilinear interpolation of a solution would miss, fits aside.
+
+    Discretisation (τ) and interpolation (⅛ |Σ h² ∂²u|) are added up, for each stage at the table's
+    own nodes (k,), in m.
 
     Args:
         grid, solution: what the table is made of.
         lane_scale: (4,) weight of each lane, to metres.
         normal_lanes: (4,) lanes that vanish on the sliding plane.
     """
-    own, sizes = [], []
-    for i, (stage, region) in enumerate(zip(solution.stages, solution.regions, strict=True)):
-        nodes = grid.leaf_nodes(i)
-        nodes = nodes[region[nodes] == 1]
-        interpolation, _ = indicate(stage, region, lane_scale, normal_lanes)
-        own.append(nodes.astype(np.int32))
-        sizes.append(interpolation[nodes] + solution.error[i][nodes])
-    return FieldError(own, sizes)
+    sizes = []
+    for stage, region, error, own in zip(
+        solution.stages, solution.regions, solution.error, grid.own, strict=True
+    ):
+        interpolation = indicate(stage, region, lane_scale, normal_lanes)
+        sizes.append(interpolation[own] + error[own])
+    return sizes
 
 
 def estimate_error(
     problem: Problem,
     solution: Solution,
+    grid: TableGrid,
     tube: Tube,
     lane_scale: NDArray[np.float32],
     tolerance: float,
-    field: FieldError,
+    field: list[NDArray[np.float32]],
     fitted: Fitted | None = None,
 ) -> TableError:
     """The error of the field, and what hanging and fitting moved.
 
     Args:
-        problem, solution: what the table is made of.
+        problem, solution, grid: what the table is made of.
         tube: where only contact is promised.
         lane_scale: (4,) weight of each lane, to metres.
         tolerance: m.
-        field: the solution's own error.
+        field: the solution's own error; see `field_error`.
         fitted: the table; without it, what hanging and fitting add is left out.
     """
     outside: list[NDArray[np.floating]] = [np.zeros(1)]
@@ -101,12 +91,14 @@ def estimate_error(
     depths: list[NDArray[np.int64]] = [np.empty(0, np.int64)]
     inside = 0.0
     for i, stage in enumerate(solution.stages):
-        nodes, size = field.nodes[i], field.size[i]
+        nodes, size = grid.own[i], field[i]
         if len(nodes) == 0:
             continue
         if fitted is not None:
-            moves = (fitted.values[i][nodes] - stage.u[nodes]) * lane_scale
-            size = size + np.sqrt(np.einsum("ij,ij->i", moves, moves))
+            size = size.copy()
+            moved = nodes[fitted.moved[i]]
+            moves = (fitted.values[i][moved] - stage.u[moved]) * lane_scale
+            size[fitted.moved[i]] += np.sqrt(np.einsum("ij,ij->i", moves, moves))
         suspects = np.flatnonzero(size > 0.5 * min(size.max(), tolerance))
         where = stage.level.coordinates(nodes[suspects]) / 2.0**stage.level.depth
         in_tube = np.zeros(len(nodes), bool)

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from touchwarp.solve.level import node_kinds
+from touchwarp.solve.level import LOCAL, node_kinds
 from touchwarp.solve.multigrid import Stage
 from touchwarp.solve.refine import octant_coordinates, octant_of, widened
+from touchwarp.solve.region import Region
 from touchwarp.solve.solution import Solution
 
 RIM = 3
@@ -30,12 +31,15 @@ class TableGrid:
         keep: for each, (b,) bool.
         leaf: for each, (b, 8) bool: octants of kept bricks that no kept finer brick covers.
         rim: for each, (k,) nodes that hang on the coarser level; none on the root.
+        own: for each, (k,) int32, sorted, the inner nodes in Ω that lie in its leaf octants: the
+            table takes their values.
     """
 
     stages: list[Stage]
     keep: list[NDArray[np.bool_]]
     leaf: list[NDArray[np.bool_]]
     rim: list[NDArray[np.int64]]
+    own: list[NDArray[np.int32]]
 
     @classmethod
     def of(cls, solution: Solution) -> TableGrid:
@@ -66,10 +70,15 @@ class TableGrid:
             if level.mirrored:
                 on_box[:, 2] &= where[:, 2] != 0
             rim.append(np.sort(nodes[~on_box.any(axis=1)]))
-        return cls(stages, keep, leaf, rim)
+        own = [
+            _nodes_of(stage, leaves, region)
+            for stage, leaves, region in zip(stages, leaf, solution.regions, strict=True)
+        ]
+        return cls(stages, keep, leaf, rim, own)
 
-    def leaf_nodes(self, i: int) -> NDArray[np.int64]:
-        """The inner nodes of level i that lie in its leaf octants."""
-        level = self.stages[i].level
-        brick, local = np.divmod(level.site[: level.n_inner], 512)
-        return np.flatnonzero(self.leaf[i][brick, octant_of(local)])
+
+def _nodes_of(stage: Stage, octants: NDArray[np.bool_], region: Region) -> NDArray[np.int32]:
+    """The inner nodes in Ω that lie in octants (b, 8)."""
+    inner = np.flatnonzero(region[: stage.level.n_inner] == 1).astype(np.int32)
+    brick, local = np.divmod(stage.level.site[inner], LOCAL)
+    return inner[octants[brick, octant_of(local)]]
