@@ -31,13 +31,13 @@ class Fitted:
 
     Attributes:
         values: for each stage, (n, 4) m.
-        moved: for each, which of the table's own nodes (`TableGrid.own`) may have been moved from
-            the solution: those that hang, and those that were fitted.
+        moved: for each, (k,) the nodes in Ω that may have been moved from the solution: those that
+            hang, and those that were fitted.
         samples: for each stage, points of the surfaces, and residuals: (s,) m, |table − g| there.
     """
 
     values: list[Lanes]
-    moved: list[NDArray[np.intp]]
+    moved: list[NDArray[np.int64]]
     samples: list[Samples]
     residuals: list[NDArray[np.float32]]
 
@@ -55,10 +55,10 @@ class TableMaker:
             for stage, leaf in zip(stages, self.grid.leaf, strict=True)
         ]
         self.fit: Fit = make_fit(self.grid, solution.regions, self.samples, problem.frame, tube)
-        self._moved = [
-            np.flatnonzero(np.isin(own, np.concatenate([rim, free])))
-            for own, rim, free in zip(grid.own, grid.rim, self.fit.free, strict=True)
-        ]
+        self._moved = []
+        for rim, free, region in zip(grid.rim, self.fit.free, solution.regions, strict=True):
+            nodes = np.union1d(rim, free)
+            self._moved.append(nodes[region[nodes] == 1])
         self._yielding = [
             yielding_samples(stage, sample, problem.blend)
             for stage, sample in zip(stages, self.samples, strict=True)

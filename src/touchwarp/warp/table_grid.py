@@ -10,13 +10,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from touchwarp.solve.level import LOCAL, node_kinds
+from touchwarp.solve.level import LOCAL, node_at, node_kinds
 from touchwarp.solve.multigrid import Stage
-from touchwarp.solve.refine import octant_coordinates, octant_of, widened
+from touchwarp.solve.refine import octant_coordinates, widened
 from touchwarp.solve.region import Region
 from touchwarp.solve.solution import Solution
+from touchwarp.solve.threads import share
 
 RIM = 3
 """Kind of the nodes that are not surrounded by cells; see `node_kinds`."""
@@ -31,8 +33,8 @@ class TableGrid:
         keep: for each, (b,) bool.
         leaf: for each, (b, 8) bool: octants of kept bricks that no kept finer brick covers.
         rim: for each, (k,) nodes that hang on the coarser level; none on the root.
-        own: for each, (k,) int32, sorted, the inner nodes in Ω that lie in its leaf octants: the
-            table takes their values.
+        own: for each, (k,) int32, sorted, the nodes in Ω of its leaf octants, those on their faces
+            included: the table takes their values.
     """
 
     stages: list[Stage]
@@ -78,7 +80,21 @@ class TableGrid:
 
 
 def _nodes_of(stage: Stage, octants: NDArray[np.bool_], region: Region) -> NDArray[np.int32]:
-    """The inner nodes in Ω that lie in octants (b, 8)."""
-    inner = np.flatnonzero(region[: stage.level.n_inner] == 1).astype(np.int32)
-    brick, local = np.divmod(stage.level.site[inner], LOCAL)
-    return inner[octants[brick, octant_of(local)]]
+    """The nodes in Ω of octants (b, 8), those on their faces included."""
+    level = stage.level
+    marks = np.zeros(level.n, np.bool_)
+    share(_mark_nodes, len(octants), level.places, octants, marks, work=LOCAL)
+    return np.flatnonzero(marks & (region == 1)).astype(np.int32)
+
+
+@njit(cache=True, nogil=True)
+def _mark_nodes(first, last, places, octants, marks):
+    node, around = places.node, places.around
+    for b in range(first, last):
+        for octant in range(8):
+            if octants[b, octant]:
+                x0, y0, z0 = 4 * (octant >> 2), 4 * (octant >> 1 & 1), 4 * (octant & 1)
+                for i in range(125):
+                    marks[node_at(node, around, b, x0 + i // 25, y0 + i // 5 % 5, z0 + i % 5)] = (
+                        True
+                    )
