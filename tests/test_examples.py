@@ -51,7 +51,7 @@ def test_a_scene_whose_grid_is_never_refined_again_does_not(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(rounds, "MOST_ROUNDS", 1)
-    assert failures(EXAMPLES / "knob_and_crate.toml") == ["estimate.max"]
+    assert "estimate.max" in failures(EXAMPLES / "knob_and_crate.toml")
 
 
 def test_first_warp(results: dict[str, Any], tmp_path: Path) -> None:
