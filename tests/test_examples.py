@@ -9,12 +9,21 @@ from typing import Any
 import numpy as np
 import pytest
 
+import touchwarp as tw
 from touchwarp.goals import goals, validate
 from touchwarp.scene import load_scene
+from touchwarp.warp import rounds
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 SCENES = sorted(EXAMPLES.glob("*.toml"))
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
+
+
+def failures(path: Path) -> list[str]:
+    """The checks that the warp of a scene fails."""
+    scene = load_scene(path)
+    report = tw.check(scene, tw.solve(scene))
+    return [check.name for check in report.checks if check.status == "fail"]
 
 
 @pytest.fixture
@@ -31,6 +40,18 @@ def results(
 def test_scenes_can_be_solved_as_they_are(path: Path) -> None:
     scene = load_scene(path)
     validate(scene, goals(scene))
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_scenes_pass_their_own_check(path: Path) -> None:
+    assert failures(path) == []
+
+
+def test_a_scene_whose_grid_is_never_refined_again_does_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(rounds, "MOST_ROUNDS", 1)
+    assert "estimate.max" in failures(EXAMPLES / "knob_and_crate.toml")
 
 
 def test_first_warp(results: dict[str, Any], tmp_path: Path) -> None:

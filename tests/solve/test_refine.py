@@ -24,7 +24,7 @@ def empty_room(mirrored):
 def indicator(field, mirrored=False, normal_lanes=NO_LANES):
     stage, region = empty_room(mirrored)
     stage.u[:, :3] = field(stage.level.coordinates() * 0.01)
-    value, _ = indicate(stage, region, IN_METRES, normal_lanes)
+    value = indicate(stage, region, IN_METRES, normal_lanes)
     on_floor = stage.level.coordinates(slice(stage.level.n_inner))[:, 2] == 0
     return value, on_floor
 

@@ -87,12 +87,10 @@ def _fixed_checks(case: Case, fixed: Fixed) -> list[Check]:
         point, normal = (np.asarray(v, float) for v in fixed.plane)
         points = rng.uniform(low, high, (SAMPLES, case.dimension))
         points -= ((points - point) @ normal)[:, None] * normal
-        limit = SLACK
     else:
         assert fixed.surface is not None
         normal = None
         points = _surface_points(fixed.surface, rng)
-        limit = case.tolerance
     inside = ((points > low) & (points < high)).all(axis=1)
     if case.region.outer is not None:
         inside[inside] = case.region.outer.inside(points[inside])
@@ -102,6 +100,8 @@ def _fixed_checks(case: Case, fixed: Fixed) -> list[Check]:
     if len(points) == 0:
         return []
     slides = fixed.contact == "slide" and normal is not None
+    # the grid lies along a sliding plane; to what is held the table is fitted, as to props
+    limit = SLACK if slides else case.tolerance
     if normal is not None and slides:
         size = np.abs(case.warp.displacement(points) @ normal)
         size = np.where(np.isfinite(size), size, np.inf)

@@ -14,7 +14,7 @@ from touchwarp.solve.edges import points_along, sharp_edges
 from touchwarp.solve.estimate import discretisation_error
 from touchwarp.solve.ghosts import extended_inwards
 from touchwarp.solve.interface import hanging_values
-from touchwarp.solve.level import OFFSETS
+from touchwarp.solve.level import LOCAL, OFFSETS
 from touchwarp.solve.marking import SAFETY, Marker
 from touchwarp.solve.multigrid import SWEEPS, Multigrid, Stage
 from touchwarp.solve.problem import Problem
@@ -40,8 +40,11 @@ MOST_CELLS_ACROSS_TUBE = 8.0
 """… and no smaller than this share of it."""
 
 RIM = 0.5
-"""A level is widened where the coarser one misses its rim by more than this share of the
-tolerance."""
+"""A level is widened where the coarser one misses its rim by more than this share of the tolerance,
+…"""
+
+AGAIN = 0.75
+"""… and again while it misses the new rim by more than this. The table keeps what is missed."""
 
 STEPS_BACK = 2
 """A demand rebuilds levels from this many above its cells, so that they can make room for finer
@@ -257,8 +260,11 @@ class AdaptiveSolver:
             margin = np.concatenate(
                 [widened(stages[-1], octants, 1), widened(stages[-1], strong, 2)]
             )
-            if self._widen(margin // 2, self._beside_poor_rim(depth_at_edges), data):
+            grown = self._widen(margin // 2, self._missed_by_coarser(depth_at_edges, RIM), data)
+            while grown:
                 octants, _ = self._marked(data, lane_scale, depth_at_edges)
+                missed = self._missed_by_coarser(depth_at_edges, AGAIN)
+                grown = self._widen(missed, missed, data)
         return octants[surrounded(stages[-1], octants)]
 
     def _widen(
@@ -279,6 +285,9 @@ class AdaptiveSolver:
         old = (there >= 0) & level.has_cells[there]
         bricks = bricks[old | surrounded(coarser, bricks)]
         if len(bricks) == len(have):
+            there = level.index_of(needed)
+            self._needed[-1][there[there >= 0]] = True
+            self._needed[-1] &= level.has_cells
             return False
         before = level.bricks[self._needed[-1]].astype(np.int64)
         (narrow,) = self.multigrid.drop_from(len(self.multigrid.stages) - 1)
@@ -286,21 +295,32 @@ class AdaptiveSolver:
         self._add_level(bricks, np.concatenate([before, needed]), data, narrow)
         return True
 
-    def _beside_poor_rim(self, depth_at_edges: int) -> NDArray[np.int64]:
-        """(k, 3) missing bricks beside rim nodes that the table's coarser cells would miss."""
-        fine, coarse = self.multigrid.stages[-2:][::-1]
+    def _missed_by_coarser(self, depth_at_edges: int, share: float) -> NDArray[np.int64]:
+        """(k, 3) bricks beside nodes that the table's coarser cells would miss, there or not.
+
+        Looked at are the finest level's rim and its margin, which the table does without.
+
+        Args:
+            depth_at_edges: from this level on the tube is left out.
+            share: of the tolerance, by which a node is missed.
+        """
+        fine, coarse = self.multigrid.stages[-1], self.multigrid.stages[-2]
         assert fine.interface is not None
+        level, region = fine.level, self.regions[-1]
         values = extended_inwards(coarse, self.regions[-2], self.multigrid.floor_zero)
-        rim = fine.interface.nodes
-        rim = rim[self.regions[-1][rim] == 1]
-        gap = hanging_values(fine.level, coarse.level, rim, values)[:, :3] - fine.u[rim, :3]
-        rim = rim[np.linalg.norm(gap, axis=1) > RIM * self.marker.tolerance]
-        where = fine.level.coordinates(rim)
-        if fine.level.depth > depth_at_edges:
-            points = self.problem.frame.to_scene(where / 2.0**fine.level.depth)
+        margin = level.has_cells & ~self._needed[-1]
+        inner = np.flatnonzero(margin[level.site[: level.n_inner] // LOCAL])
+        nodes = np.concatenate([fine.interface.nodes, inner])
+        nodes = nodes[region[nodes] == 1]
+        gap = hanging_values(level, coarse.level, nodes, values) - fine.u[nodes]
+        gap *= self._lane_scale
+        nodes = nodes[np.linalg.norm(gap, axis=1) > share * self.marker.tolerance]
+        where = level.coordinates(nodes)
+        if level.depth > depth_at_edges:
+            points = self.problem.frame.to_scene(where / 2.0**level.depth)
             where = where[~self.tube.contains(points)]
         beside = ((where[:, None] + OFFSETS) // 8).reshape(-1, 3)
-        return beside[((beside >= 0) & (beside < fine.level.cells // 8)).all(axis=1)]
+        return beside[((beside >= 0) & (beside < level.cells // 8)).all(axis=1)]
 
     def _marked(
         self, data: NDArray[np.float64], lane_scale: NDArray[np.float32], depth_at_edges: int

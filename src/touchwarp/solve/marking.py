@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from touchwarp.solve.ghosts import extended_inwards
 from touchwarp.solve.multigrid import Stage
 from touchwarp.solve.problem import Problem
-from touchwarp.solve.refine import indicate, octant_of
+from touchwarp.solve.refine import greatest_of_octants, indicate, octant_of
 from touchwarp.solve.region import Region
 from touchwarp.solve.samples import (
     goal_at_samples,
@@ -78,7 +78,8 @@ class Marker:
             self.capped = True
             none = np.zeros((len(stage.level.bricks), 8), bool)
             return none, none
-        value, of_octant = indicate(stage, region, lane_scale, normal_lanes)
+        value = indicate(stage, region, lane_scale, normal_lanes)
+        of_octant = greatest_of_octants(stage.level, value)
         marked, strong = of_octant > limit, of_octant > STRONG * limit
         if tube is not None and marked.any():
             nodes = np.flatnonzero(value > limit)

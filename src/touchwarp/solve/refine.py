@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from touchwarp.solve.level import FLOOR, LOCAL, OFFSETS, beside, node_at
+from touchwarp.solve.level import FLOOR, LOCAL, OFFSETS, Level, beside, node_at
 from touchwarp.solve.multigrid import Stage
 from touchwarp.solve.region import Region
 from touchwarp.solve.stencil import LANES
@@ -30,24 +30,26 @@ def indicate(
     region: Region,
     lane_scale: NDArray[np.float32],
     normal_lanes: NDArray[np.bool_],
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """The indicator of each inner node in Ω, 0 elsewhere, and the greatest of each octant's.
+) -> NDArray[np.float32]:
+    """(n_inner,) float32 m, the indicator of each inner node in Ω, 0 elsewhere.
 
     Args:
         stage, region: the level.
         lane_scale: (4,) weight of each lane, to metres; 0 leaves one out.
         normal_lanes: (4,) lanes that vanish on the sliding plane, and are odd across it.
-
-    Returns:
-        (n_inner,) and (b, 8) float32 m. Nodes on the face of two octants count for both.
     """
     level = stage.level
     value = np.zeros(level.n_inner, np.float32)
     given = level.places, stage.cuts, stage.cut_values, stage.u, region, lane_scale, normal_lanes
     share(_indicate_nodes, level.n_inner, *given, value, work=4)
+    return value
+
+
+def greatest_of_octants(level: Level, value: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(b, 8) the greatest value (n_inner,) in each octant; on a face of two it counts for both."""
     octants = np.zeros((len(level.bricks), 8), np.float32)
     share(_gather_octants, len(octants), level.places, level.has_cells, value, octants, work=LOCAL)
-    return value, octants
+    return octants
 
 
 @njit(cache=True, nogil=True)

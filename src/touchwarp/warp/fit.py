@@ -203,17 +203,26 @@ def _add_gram(first, last, start, place, weight, gram):
                     gram[c, i, j] += weight[s] * n[i] * n[j]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def _add_rhs(start, corners, unknowns, place, weight, goal, values, rhs):
     n = np.empty(8)
+    known, total = np.empty((8, LANES)), np.empty((8, LANES))
     for c in range(len(start) - 1):
+        for i in range(8):
+            m = corners[c, i]
+            for q in range(LANES):
+                known[i, q] = values[m, q] if m >= 0 else np.float32(0.0)
+                total[i, q] = 0.0
         for s in range(start[c], start[c + 1]):
             _shape(place, s, n)
             for q in range(LANES):
                 gap = np.float64(goal[s, q])
                 for i in range(8):
-                    if corners[c, i] >= 0:
-                        gap -= n[i] * values[corners[c, i], q]
+                    gap -= n[i] * known[i, q]
+                gap *= weight[s]
                 for i in range(8):
-                    if unknowns[c, i] >= 0:
-                        rhs[unknowns[c, i], q] += weight[s] * n[i] * gap
+                    total[i, q] += n[i] * gap
+        for i in range(8):
+            if unknowns[c, i] >= 0:
+                for q in range(LANES):
+                    rhs[unknowns[c, i], q] += total[i, q]

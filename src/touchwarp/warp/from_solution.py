@@ -31,10 +31,13 @@ class Fitted:
 
     Attributes:
         values: for each stage, (n, 4) m.
+        moved: for each, (k,) the nodes in Ω that may have been moved from the solution: those that
+            hang, and those that were fitted.
         samples: for each stage, points of the surfaces, and residuals: (s,) m, |table − g| there.
     """
 
     values: list[Lanes]
+    moved: list[NDArray[np.int64]]
     samples: list[Samples]
     residuals: list[NDArray[np.float32]]
 
@@ -52,6 +55,10 @@ class TableMaker:
             for stage, leaf in zip(stages, self.grid.leaf, strict=True)
         ]
         self.fit: Fit = make_fit(self.grid, solution.regions, self.samples, problem.frame, tube)
+        self._moved = []
+        for rim, free, region in zip(grid.rim, self.fit.free, solution.regions, strict=True):
+            nodes = np.union1d(rim, free)
+            self._moved.append(nodes[region[nodes] == 1])
         self._yielding = [
             yielding_samples(stage, sample, problem.blend)
             for stage, sample in zip(stages, self.samples, strict=True)
@@ -97,7 +104,7 @@ class TableMaker:
             misfit(*level, lane_scale)
             for level in zip(stages, self.samples, goals, values, strict=True)
         ]
-        return Fitted(values, self.samples, residuals)
+        return Fitted(values, self._moved, self.samples, residuals)
 
     def bricks(self, fields: list[list[Lanes]], lanes: int) -> Bricks:
         """The table of fields' node values (n, 4), of each as many lanes; they are rounded in

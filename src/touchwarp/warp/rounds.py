@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from touchwarp.solve.adaptive import AdaptiveSolver, Progress
 from touchwarp.solve.solution import Solution
 from touchwarp.warp.from_solution import Fitted, TableMaker
-from touchwarp.warp.table_error import TableError, estimate_error, field_error
+from touchwarp.warp.table_error import TableError, estimate_error, interpolation_error
 from touchwarp.warp.table_grid import TableGrid
 
 MOST_ROUNDS = 5
@@ -53,14 +53,16 @@ def fit_round(
     solution = solver.solution(problem.blend.contradiction(data, normal_lanes))
     known = maker if maker is not None and maker.fits(solution) else None
     grid = known.grid if known is not None else TableGrid.of(solution)
-    field = field_error(grid, solution, lane_scale, normal_lanes)
+    interpolation = interpolation_error(solution, lane_scale, normal_lanes)
 
     def estimate(fitted: Fitted | None) -> TableError:
+        tolerance = slack * solver.tolerance
         return estimate_error(
-            problem, solution, solver.tube, lane_scale, slack * solver.tolerance, field, fitted
+            problem, solution, grid, solver.tube, lane_scale, tolerance, interpolation, fitted
         )
 
-    if refine is not None and refine(estimate(None)):
+    # a fit that only has to be applied takes little more than this look
+    if refine is not None and known is None and refine(estimate(None)):
         return None
     maker = known or TableMaker(problem, solution, grid, solver.tube)
     fitted = maker.fitted(solution, data, normal_lanes, lane_scale)

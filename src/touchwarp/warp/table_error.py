@@ -5,12 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
+from touchwarp.solve.cuts import cut_along
+from touchwarp.solve.level import beside
 from touchwarp.solve.problem import Problem
 from touchwarp.solve.refine import indicate
 from touchwarp.solve.samples import sample_points
 from touchwarp.solve.solution import Solution
+from touchwarp.solve.threads import share
 from touchwarp.solve.tube import Tube
 from touchwarp.warp.from_solution import Fitted
 from touchwarp.warp.table_grid import TableGrid
@@ -41,59 +45,47 @@ class TableError:
     poor_depths: NDArray[np.int64]
 
 
-@dataclass(frozen=True, eq=False)
-class FieldError:
-    """What trilinear interpolation of a solution would miss, fits aside.
-
-    Attributes:
-        nodes: for each stage, (k,) int32, the nodes in Ω whose values the table takes.
-        size: for each, (k,) float32 m.
-    """
-
-    nodes: list[NDArray[np.int32]]
-    size: list[NDArray[np.float32]]
-
-
-def field_error(
-    grid: TableGrid,
+def interpolation_error(
     solution: Solution,
     lane_scale: NDArray[np.float32],
     normal_lanes: NDArray[np.bool_],
-) -> FieldError:
-    """Add up discretisation (τ) and interpolation (⅛ |Σ h² ∂²u|).
+) -> list[NDArray[np.float32]]:
+    """What trilinear interpolation of a solution misses (⅛ |Σ h² ∂²u|): for each stage (n,) m.
+
+    0 at nodes that are not inner ones of their level.
 
     Args:
-        grid, solution: what the table is made of.
+        solution: what the table is made of.
         lane_scale: (4,) weight of each lane, to metres.
         normal_lanes: (4,) lanes that vanish on the sliding plane.
     """
-    own, sizes = [], []
-    for i, (stage, region) in enumerate(zip(solution.stages, solution.regions, strict=True)):
-        nodes = grid.leaf_nodes(i)
-        nodes = nodes[region[nodes] == 1]
-        interpolation, _ = indicate(stage, region, lane_scale, normal_lanes)
-        own.append(nodes.astype(np.int32))
-        sizes.append(interpolation[nodes] + solution.error[i][nodes])
-    return FieldError(own, sizes)
+    return [
+        np.append(
+            indicate(stage, region, lane_scale, normal_lanes),
+            np.zeros(stage.level.n - stage.level.n_inner, np.float32),
+        )
+        for stage, region in zip(solution.stages, solution.regions, strict=True)
+    ]
 
 
 def estimate_error(
     problem: Problem,
     solution: Solution,
+    grid: TableGrid,
     tube: Tube,
     lane_scale: NDArray[np.float32],
     tolerance: float,
-    field: FieldError,
+    interpolation: list[NDArray[np.float32]],
     fitted: Fitted | None = None,
 ) -> TableError:
-    """The error of the field, and what hanging and fitting moved.
+    """Discretisation (τ) and interpolation, and what hanging and fitting moved.
 
     Args:
-        problem, solution: what the table is made of.
+        problem, solution, grid: what the table is made of.
         tube: where only contact is promised.
         lane_scale: (4,) weight of each lane, to metres.
         tolerance: m.
-        field: the solution's own error.
+        interpolation: see `interpolation_error`.
         fitted: the table; without it, what hanging and fitting add is left out.
     """
     outside: list[NDArray[np.floating]] = [np.zeros(1)]
@@ -101,12 +93,18 @@ def estimate_error(
     depths: list[NDArray[np.int64]] = [np.empty(0, np.int64)]
     inside = 0.0
     for i, stage in enumerate(solution.stages):
-        nodes, size = field.nodes[i], field.size[i]
+        nodes, size = grid.own[i], interpolation[i]
         if len(nodes) == 0:
             continue
         if fitted is not None:
-            moves = (fitted.values[i][nodes] - stage.u[nodes]) * lane_scale
-            size = size + np.sqrt(np.einsum("ij,ij->i", moves, moves))
+            moved = fitted.moved[i]
+            moves = (fitted.values[i][moved] - stage.u[moved]) * lane_scale
+            length = np.zeros(stage.level.n, np.float32)
+            length[moved] = np.sqrt(np.einsum("ij,ij->i", moves, moves))
+            size = size.copy()
+            given = length, stage.level.places, stage.cuts, solution.regions[i]
+            share(add_moves, len(moved), moved, *given, interpolation[i], size)
+        size = size[nodes] + solution.error[i][nodes]
         suspects = np.flatnonzero(size > 0.5 * min(size.max(), tolerance))
         where = stage.level.coordinates(nodes[suspects]) / 2.0**stage.level.depth
         in_tube = np.zeros(len(nodes), bool)
@@ -133,6 +131,47 @@ def estimate_error(
         np.concatenate(points),
         np.concatenate(depths),
     )
+
+
+@njit(cache=True, nogil=True)
+def greatest_between(a, b, interpolation):
+    """The greatest of (1 - t) a + t b + 4 t (1 - t) interpolation for t from 0 to 1."""
+    if abs(b - a) >= 4.0 * interpolation:
+        return max(a, b)
+    return 0.5 * (a + b) + interpolation + (b - a) ** 2 / (16.0 * interpolation)
+
+
+@njit(cache=True, nogil=True)
+def add_moves(first, last, moved, length, places, cuts, region, interpolation, size):
+    """Add how far nodes were moved to what interpolation misses in the cells around them.
+
+    At a moved node nothing is interpolated; half way to a neighbour, half of what both were moved
+    is there. In a cell the sum is greatest on an edge: at a place t interpolation misses no more
+    than 4 tᵢ (1 - tᵢ) of its greatest, tᵢ being the coordinate nearest to ½, and along that axis
+    moves are a mean of those on four edges. Each edge counts for the end that was moved farther;
+    one that leaves Ω through a surface counts up to there, with the node's own move.
+
+    Args:
+        first, last: the part of `moved` (k,) to do.
+        length: (n,) m, how far each node was moved.
+        places, cuts, region: the level.
+        interpolation: (n,) m; size: (n,) m, written for the nodes that were moved.
+    """
+    node, around, site = places.node, places.around, places.site
+    row, start, direction, distance = cuts.row, cuts.start, cuts.direction, cuts.distance
+    for i in range(first, last):
+        m = moved[i]
+        own, worst = length[m], length[m]
+        for d in range(6):
+            k = beside(node, around, site[m], d)
+            cut = cut_along(row, start, direction, m, d)
+            if cut >= 0:
+                t = min(distance[cut], 0.5)
+                worst = max(worst, own + 4.0 * t * (1.0 - t) * interpolation[m])
+            elif k >= 0 and region[k] == 1:
+                other = min(length[k], own)
+                worst = max(worst, greatest_between(own, other, interpolation[m]))
+        size[m] = worst
 
 
 def _contact(problem: Problem, fitted: Fitted) -> tuple[float, float]:

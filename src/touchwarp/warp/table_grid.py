@@ -10,12 +10,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from touchwarp.solve.level import node_kinds
+from touchwarp.solve.level import LOCAL, node_at, node_kinds
 from touchwarp.solve.multigrid import Stage
-from touchwarp.solve.refine import octant_coordinates, octant_of, widened
+from touchwarp.solve.refine import octant_coordinates, widened
+from touchwarp.solve.region import Region
 from touchwarp.solve.solution import Solution
+from touchwarp.solve.threads import share
 
 RIM = 3
 """Kind of the nodes that are not surrounded by cells; see `node_kinds`."""
@@ -30,12 +33,15 @@ class TableGrid:
         keep: for each, (b,) bool.
         leaf: for each, (b, 8) bool: octants of kept bricks that no kept finer brick covers.
         rim: for each, (k,) nodes that hang on the coarser level; none on the root.
+        own: for each, (k,) int32, sorted, the nodes in Ω of its leaf octants, those on their faces
+            included: the table takes their values.
     """
 
     stages: list[Stage]
     keep: list[NDArray[np.bool_]]
     leaf: list[NDArray[np.bool_]]
     rim: list[NDArray[np.int64]]
+    own: list[NDArray[np.int32]]
 
     @classmethod
     def of(cls, solution: Solution) -> TableGrid:
@@ -66,10 +72,29 @@ class TableGrid:
             if level.mirrored:
                 on_box[:, 2] &= where[:, 2] != 0
             rim.append(np.sort(nodes[~on_box.any(axis=1)]))
-        return cls(stages, keep, leaf, rim)
+        own = [
+            _nodes_of(stage, leaves, region)
+            for stage, leaves, region in zip(stages, leaf, solution.regions, strict=True)
+        ]
+        return cls(stages, keep, leaf, rim, own)
 
-    def leaf_nodes(self, i: int) -> NDArray[np.int64]:
-        """The inner nodes of level i that lie in its leaf octants."""
-        level = self.stages[i].level
-        brick, local = np.divmod(level.site[: level.n_inner], 512)
-        return np.flatnonzero(self.leaf[i][brick, octant_of(local)])
+
+def _nodes_of(stage: Stage, octants: NDArray[np.bool_], region: Region) -> NDArray[np.int32]:
+    """The nodes in Ω of octants (b, 8), those on their faces included."""
+    level = stage.level
+    marks = np.zeros(level.n, np.bool_)
+    share(_mark_nodes, len(octants), level.places, octants, marks, work=LOCAL)
+    return np.flatnonzero(marks & (region == 1)).astype(np.int32)
+
+
+@njit(cache=True, nogil=True)
+def _mark_nodes(first, last, places, octants, marks):
+    node, around = places.node, places.around
+    for b in range(first, last):
+        for octant in range(8):
+            if octants[b, octant]:
+                x0, y0, z0 = 4 * (octant >> 2), 4 * (octant >> 1 & 1), 4 * (octant & 1)
+                for i in range(125):
+                    marks[node_at(node, around, b, x0 + i // 25, y0 + i // 5 % 5, z0 + i % 5)] = (
+                        True
+                    )
