@@ -159,14 +159,18 @@ def place(
     standing = ["z"]
     if np.abs(upward).max() > STANDING and nearest != "z":
         standing.append(nearest)
-    limit = UPRIGHT_WORTH * _misfit(found)
+    least = _misfit(found)
+    times = None
     for up in standing:
         T_stood_virtual = np.eye(4)
         T_stood_virtual[:3, :3] = up_rotation(up)
         upright = _turned(prop, virtual.transformed(T_stood_virtual), scale, progress)
-        if _misfit(upright) <= limit:
+        if _misfit(upright) <= UPRIGHT_WORTH * least:
             found = replace(upright, T_prop_virtual=upright.T_prop_virtual @ T_stood_virtual)
             break
+        if up == "z" and least > 0:
+            times = _misfit(upright) / least
+    found = replace(found, upright_times=times)
     if on_table:
         drop = float(virtual.transformed(found.T_prop_virtual).bounds[0, 2])
         found = found.moved(prop, virtual, np.array([0.0, 0.0, -drop]))
