@@ -9,14 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.scan.scans import fine_mug, holed, on_table
+from tests.scan.scans import beaker, fine_mug, holed, on_table, stool
 from touchwarp.cli.main import main
 from touchwarp.scan.deviation import sample
 from touchwarp.scan.mesh_output import write_mesh
+from touchwarp.scan.remesh import remesh
 from touchwarp.scan.soundness import inspect
 from touchwarp.scene import load_scene, read_mesh
 from touchwarp.scene.pose import pose_matrix
 from touchwarp.scene.shapes import box, cylinder, ellipsoid, make_shape, sphere
+from touchwarp.scene.surface import Surface
 
 Told = pytest.CaptureFixture[str]
 
@@ -46,6 +48,32 @@ def test_a_scan_on_a_table_and_a_model_become_a_scene(folder: Path, capsys: Told
     # it lay on its side in its file, and stands on the table in the scene
     assert shown.bounds[0, 2] == pytest.approx(0, abs=1e-4)
     assert np.ptp(shown.bounds, axis=0)[2] == pytest.approx(0.058, abs=1e-3)
+
+
+@pytest.mark.parametrize(("virtual", "held"), [(beaker(), True), (stool(), False)])
+def test_a_virtual_foot_is_closed_where_the_scan_has_a_flat_one(
+    virtual: Surface, held: bool, folder: Path
+) -> None:
+    scan = on_table(remesh(cylinder(0.04, 0.09), 4e-3)).transformed(
+        pose_matrix((0.3, 0.1, 0.05), (6, -4, 20))
+    )
+    write_mesh(folder / "scan.stl", scan, 1e-3)
+    write_mesh(folder / "seen.glb", virtual)
+    assert main(["new", "scan.stl", "seen.glb", "--unit", "mm", "--yes", "-o", "can.toml"]) == 0
+    text = (folder / "can.toml").read_text()
+    goal = tomllib.loads(text)["prop"][0]["goal"]
+    assert goal["kind"] == "match"
+    assert ("a hollow 4 mm deep below it is closed" in text) == held
+    # what stands on three legs has no one foot to keep on the table, and that is told
+    assert (goal.get("base") == [0, 0, -1]) == held
+    assert ("do not both stand on one flat face" in text) == (not held)
+    shown = load_scene(folder / "can.toml").props[0].goal.virtual  # type: ignore[union-attr]
+    on = np.abs(shown.vertices[:, 2]) < 5e-6
+    assert on[shown.faces].all(axis=1).any()
+    assert inspect(shown).genus == 0
+    # what stands on the table is a whole disc, or three apart from the middle
+    spread = np.linalg.norm(shown.vertices[on][:, :2] - shown.vertices[on][:, :2].mean(0), axis=1)
+    assert (spread.min() < 0.005) == held
 
 
 def test_where_handles_differ_a_transform_is_written_that_solves(

@@ -9,9 +9,9 @@ import pytest
 
 from touchwarp.errors import GoalError
 from touchwarp.goals import Goal, goals
-from touchwarp.goals.plane_cut import cut_by_plane
 from touchwarp.goals.surface_samples import face_areas
 from touchwarp.scene import Patch, PlaneProjectionGoal, Prop, Scene, Surface
+from touchwarp.scene.plane_cut import cut_by_plane
 from touchwarp.scene.pose import pose_matrix
 from touchwarp.scene.shapes import box, cylinder, ellipsoid, fillet_box, make_shape, sphere
 from touchwarp.scene.topology import open_edge_count

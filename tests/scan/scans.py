@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -113,6 +115,44 @@ def on_table(surface: Surface, side: float = 0.3, spacing: float = 4e-3) -> Surf
         np.concatenate([own.vertices, table]),
         np.concatenate([own.faces, faces + len(own.vertices)]),
     )
+
+
+BEAKER_RADIUS, BEAKER_HEIGHT, HOLLOW = 0.035, 0.08, 0.004
+SEGMENTS = 96
+
+
+def surface_of(solid: Any) -> Surface:
+    """The surface of a solid of manifold3d."""
+    mesh = solid.to_mesh64()
+    return Surface(np.asarray(mesh.vert_properties), np.asarray(mesh.tri_verts).astype(np.int64))
+
+
+def disc(height: float, radius: float, top: float | None = None) -> Any:
+    """A solid cylinder or cone standing on z = 0."""
+    from manifold3d import Manifold
+
+    return Manifold.cylinder(height, radius, radius if top is None else top, SEGMENTS)
+
+
+def ringed() -> Any:
+    """A solid cup on a ring 4 mm wide around a hollow 4 mm deep."""
+    inside = disc(BEAKER_HEIGHT, BEAKER_RADIUS - 0.004).translate([0, 0, 0.01])
+    below = disc(2 * HOLLOW, BEAKER_RADIUS - 0.004).translate([0, 0, -HOLLOW])
+    return disc(BEAKER_HEIGHT, BEAKER_RADIUS) - inside - below
+
+
+def beaker() -> Surface:
+    """That cup's surface."""
+    return surface_of(ringed())
+
+
+def stool() -> Surface:
+    """A seat on three legs, half a millimetre above the table, as an aligned thing may be."""
+    whole = disc(0.02, 0.045).translate([0, 0, 0.04])
+    for angle in 2 * np.pi * np.arange(3) / 3:
+        at = [0.03 * np.cos(angle), 0.03 * np.sin(angle), 0]
+        whole = whole + disc(0.05, 0.008, 0.01).translate(at)
+    return surface_of(whole.translate([0, 0, 5e-4]))
 
 
 def body_count(surface: Surface) -> int:

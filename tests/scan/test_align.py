@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.scan.scans import fine_mug
+from touchwarp.cli.align import alignment_rows
 from touchwarp.errors import SceneError
 from touchwarp.scan.align import align
 from touchwarp.scan.preparation import place
@@ -108,8 +109,17 @@ def test_a_pitcher_is_stood_on_a_cup_handle_on_handle(shared_data: Path) -> None
 
 def test_a_brick_on_its_side_is_stood_on_a_tall_one() -> None:
     tall, lying = box([0.06, 0.05, 0.18]), box([0.16, 0.07, 0.06])
-    T = place(tall, lying).T_prop_virtual
-    np.testing.assert_allclose(np.abs(T[2, :3]), (1, 0, 0), atol=1e-9)
+    found = place(tall, lying)
+    np.testing.assert_allclose(np.abs(found.T_prop_virtual[2, :3]), (1, 0, 0), atol=1e-9)
+    # that it is turned over is told, and how much worse it would lie upright
+    upright = align(tall, lying, rotation="upright")
+    worse = upright.to_prop.p95_mm + upright.to_virtual.p95_mm
+    nearest = align(tall, lying)
+    least = nearest.to_prop.p95_mm + nearest.to_virtual.p95_mm
+    assert found.upright_times == pytest.approx(worse / least, rel=1e-9)
+    assert ("turned over", "the up axis") in [(a, b[:11]) for a, b in alignment_rows(found)]
+    # the twin: nothing is told of what stands
+    assert place(tall, tall).upright_times is None
 
 
 @pytest.mark.parametrize(

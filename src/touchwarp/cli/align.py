@@ -114,6 +114,15 @@ def alignment_rows(found: Alignment) -> list[tuple[str, str]]:
         ("prop to virtual", str(found.to_virtual)),
         ("scale", f"{found.scale:.5g}"),
     ]
+    if found.upright_times is not None:
+        rows.append(
+            (
+                "turned over",
+                "the up axis of its file is not up: so it lies nearest, and upright would lie "
+                f"{found.upright_times:.3g} times as far; `touchwarp align --rotation upright` "
+                "keeps it up",
+            )
+        )
     if len(found.free_axes) == 3:
         rows.append(("free", "any turn fits as well: it is as good as a ball"))
     elif found.free_axes:

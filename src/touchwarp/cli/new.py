@@ -107,14 +107,19 @@ def write_scene(felt: Part, shown: Part, scale: bool, output: Path) -> None:
         found = place(
             felt.ready.surface, shown.ready.surface, scale=scale, on_table=table, progress=progress
         )
+    if table:
+        shown = replace(shown, ready=shown.ready.standing(found.T_prop_virtual))
     kind, why = choose_goal(felt.ready.found, shown.ready.found)
     prop = {"name": felt.name, **_entries(felt)}
     source = _entries(shown)
     metres = metres_per_unit(source["unit"])
     goal = {"kind": kind, "virtual_mesh": source.pop("mesh"), **source}
     goal |= pose_keys(found, metres if scale else None)
-    if kind == "match" and table and _feet_are_flat(felt, shown, found.T_prop_virtual):
-        goal["base"] = [0, 0, -1]
+    if kind == "match" and table:
+        if _stand_alike(felt, shown, found.T_prop_virtual):
+            goal["base"] = [0, 0, -1]
+        else:
+            shown = replace(shown, notes=[*shown.notes, _NO_BASE])
     for part in (felt, shown):
         if part.ready.changed:
             write_mesh(part.file, part.ready.surface)
@@ -155,6 +160,10 @@ def write_scene(felt: Part, shown: Part, scale: bool, output: Path) -> None:
 
 
 _TABLE = {"point": [0, 0, 0], "normal": [0, 0, 1]}
+_NO_BASE = (
+    "it and the prop do not both stand on one flat face, so the prop's foot may show above the "
+    "table, where the warp then misses it: fill what is hollow there in a modelling tool"
+)
 
 
 def _longest(surface: Surface) -> float:
@@ -163,13 +172,16 @@ def _longest(surface: Surface) -> float:
     return float((high - low).max())
 
 
-def _feet_are_flat(felt: Part, shown: Part, T_prop_virtual: Any) -> bool:
-    """Whether both stand on the table by a flat face, which the map can then keep there."""
+def _stand_alike(felt: Part, shown: Part, T_prop_virtual: Any) -> bool:
+    """Whether both stand on the table by one flat face, which the map can then keep there."""
     import numpy as np
 
     from touchwarp.errors import GoalError
     from touchwarp.goals.maps.base import find_base
 
+    feet = felt.ready.foot, shown.ready.foot
+    if any(foot is None or foot.pieces > 1 for foot in feet):
+        return False
     virtual = shown.ready.surface.transformed(T_prop_virtual)
     try:
         find_base(felt.ready.surface, virtual, np.array([0.0, 0.0, -1.0]))
@@ -234,6 +246,8 @@ def _notes(part: Part) -> list[str]:
         notes.append(f"the scan lies {repaired.from_input} from the repaired surface")
     if part.ready.evened:
         notes.append(f"remeshed to {len(part.ready.surface.faces):,} even triangles, for the map")
+    if part.ready.foot is not None and part.ready.foot.drawn > 0:
+        notes.append(f"its foot: {part.ready.foot}, where no hand comes while it stands")
     if part.ready.refusal:
         notes.append(f"not closed: {part.ready.refusal}".rstrip("."))
     return notes

@@ -11,10 +11,10 @@ from touchwarp.errors import GoalError
 from touchwarp.goals.goal import Goal
 from touchwarp.goals.height_field import HeightFields
 from touchwarp.goals.places import spell_point
-from touchwarp.goals.plane_cut import ON_PLANE, cut_by_plane
 from touchwarp.goals.star_centre import outward_normals
 from touchwarp.goals.subdivision import ImageOf, subdivide
 from touchwarp.goals.surface_tree import SurfaceTree
+from touchwarp.scene.plane_cut import ON_PLANE, cut_by_plane
 from touchwarp.scene.projection_goals import Patch, PlaneProjectionGoal
 from touchwarp.scene.scene import Prop
 from touchwarp.scene.surface import Surface

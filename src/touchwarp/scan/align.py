@@ -53,6 +53,8 @@ class Alignment:
             revolution, three for a ball.
         equal_poses: how many clearly different poses fit as well as this one, this one included;
             1 where the pose is unique. Turns about free axes are not counted.
+        upright_times: where the file's up axis is not up, how many times the misfit would be with
+            it up; None where it is, or was not tried.
     """
 
     T_prop_virtual: Float
@@ -61,6 +63,7 @@ class Alignment:
     to_virtual: Deviation
     free_axes: tuple[tuple[float, float, float], ...]
     equal_poses: int
+    upright_times: float | None = None
 
     @property
     def rotation_deg(self) -> tuple[float, float, float]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from touchwarp.errors import SceneError
 from touchwarp.scan.align import Alignment, align
+from touchwarp.scan.foot import Foot, with_flat_foot
 from touchwarp.scan.remesh import edge_length_for, remesh
 from touchwarp.scan.repair import Repair, repair
 from touchwarp.scan.soundness import Soundness, inspect
@@ -44,6 +45,7 @@ class Prepared:
         table: what was cut away, in the file's frame, or None.
         repair: what the mesh needed, or None where no repair was good enough.
         refusal: why there is no repair; "" where there is one.
+        foot: its foot, closed flat on the table, where it stands on one and that could be done.
         evened: it was remeshed, as vertices had more neighbours than maps of surfaces bear.
         found: the soundness of `surface`.
     """
@@ -53,13 +55,28 @@ class Prepared:
     table: Tabletop | None
     repair: Repair | None
     refusal: str
+    foot: Foot | None
     evened: bool
     found: Soundness
 
     @property
     def changed(self) -> bool:
         """Whether the file's own mesh will not do."""
-        return self.table is not None or self.evened or bool(self.repair and self.repair.steps)
+        stood = self.foot is not None and self.foot.drawn > 0
+        repaired = self.repair is not None and bool(self.repair.steps)
+        return self.table is not None or self.evened or repaired or stood
+
+    def standing(self, T_scene_virtual: Float) -> Prepared:
+        """The same thing, set on the table z = 0 by a pose, with its foot closed flat there.
+
+        Args:
+            T_scene_virtual: (4, 4): a rotation, times a scale, and a translation, m.
+        """
+        foot = with_flat_foot(self.surface.transformed(T_scene_virtual))
+        if foot is None or foot.drawn == 0:
+            return replace(self, foot=foot)
+        surface = foot.surface.transformed(np.linalg.inv(T_scene_virtual).astype(np.float64))
+        return replace(self, surface=surface, foot=foot, found=inspect(surface))
 
 
 def prepare(
@@ -72,8 +89,8 @@ def prepare(
     """Cut away the table of a scan, if there is one, and repair what is left.
 
     With a table the scene's frame is level: z is the table's normal, the origin on the table below
-    the object's middle. A mesh that no repair mends is kept as it is: the solver takes it, and
-    goals that need no closed surface do too.
+    the object's middle, and its foot is closed flat there. A mesh that no repair mends is kept as
+    it is: the solver takes it, and goals that need no closed surface do too.
     """
     table = crop_tabletop(surface) if crop else None
     T = np.eye(4)
@@ -86,11 +103,14 @@ def prepare(
         surface = mended.surface
     except SceneError as error:
         refusal = str(error)
+    foot = with_flat_foot(surface) if table is not None else None
+    if foot is not None:
+        surface = foot.surface
     evened = mended is not None and np.bincount(surface.faces.ravel()).max() > MOST_NEIGHBOURS
     if evened:
         edge_length = min(edge_length_for(surface, EVEN_FACES), 0.7 * wall_thickness(surface))
         surface = remesh(surface, edge_length, progress=progress)
-    return Prepared(surface, T, table, mended, refusal, evened, inspect(surface))
+    return Prepared(surface, T, table, mended, refusal, foot, evened, inspect(surface))
 
 
 def level(table: Tabletop) -> Float:
@@ -139,14 +159,18 @@ def place(
     standing = ["z"]
     if np.abs(upward).max() > STANDING and nearest != "z":
         standing.append(nearest)
-    limit = UPRIGHT_WORTH * _misfit(found)
+    least = _misfit(found)
+    times = None
     for up in standing:
         T_stood_virtual = np.eye(4)
         T_stood_virtual[:3, :3] = up_rotation(up)
         upright = _turned(prop, virtual.transformed(T_stood_virtual), scale, progress)
-        if _misfit(upright) <= limit:
+        if _misfit(upright) <= UPRIGHT_WORTH * least:
             found = replace(upright, T_prop_virtual=upright.T_prop_virtual @ T_stood_virtual)
             break
+        if up == "z" and least > 0:
+            times = _misfit(upright) / least
+    found = replace(found, upright_times=times)
     if on_table:
         drop = float(virtual.transformed(found.T_prop_virtual).bounds[0, 2])
         found = found.moved(prop, virtual, np.array([0.0, 0.0, -drop]))

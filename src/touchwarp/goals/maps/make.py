@@ -173,7 +173,13 @@ def _pair(
     if handles:
         deck = Deck(meshes[0].genus)
         virtual = lay_out_marked(markings[1], deck)
-        marked = MarkedPair(unplaced(meshes[0], deck), virtual, *rest, marking=markings[0])
+        marked = MarkedPair(
+            unplaced(meshes[0], deck),
+            virtual,
+            *rest,
+            marking=markings[0],
+            virtual_marking=markings[1],
+        )
         return tidied, marked
     return tidied, Pair(layouts[0], layouts[1], *rest)
 

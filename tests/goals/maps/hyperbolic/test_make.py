@@ -78,7 +78,7 @@ def test_area_preserving_keeps_areas_better_than_match(matched: Goal) -> None:
 
 
 def test_no_class_at_all_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(search, "classes", lambda _: iter(()))
+    monkeypatch.setattr(search, "classes", lambda *_: iter(()))
     with pytest.raises(GoalError, match="no map between the prop and the virtual object was found"):
         match_goal(Prop("prop", VASE), MatchGoal(POT))
 

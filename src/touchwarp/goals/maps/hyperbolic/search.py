@@ -1,9 +1,9 @@
 """The search for a map between two surfaces of genus 2 or more: several classes, coarse to fine.
 
 On the hyperbolic surface a map cannot be turned or shifted; instead there are many classes of maps,
-none of which can be deformed into another. Those that keep handles handles and tunnels tunnels are
-gone through by their springs' energy, laid over the virtual surface and refined on a few vertices;
-the best go on.
+none of which can be deformed into another. Those that nearest points suggest, and then those that
+keep handles handles and tunnels tunnels, by their springs' energy, are laid over the virtual
+surface and refined on a few vertices; the best go on.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from touchwarp.goals.maps.hyperbolic.coarsened import Regrown
 from touchwarp.goals.maps.hyperbolic.layout import HyperbolicLayout
 from touchwarp.goals.maps.hyperbolic.mapping_classes import near_moves
 from touchwarp.goals.maps.hyperbolic.marking import Marking
+from touchwarp.goals.maps.hyperbolic.nearest_class import nearest_classes
 from touchwarp.goals.maps.hyperbolic.parameterise import SOUND
 from touchwarp.goals.maps.hyperbolic.words import Word
 from touchwarp.goals.maps.layout import Layout
@@ -47,9 +48,11 @@ class MarkedPair(Pair):
 
     Attributes:
         marking: of the prop.
+        virtual_marking: of the virtual object.
     """
 
     marking: Marking = field(kw_only=True)
+    virtual_marking: Marking = field(kw_only=True)
 
 
 def search_classes(pair: MarkedPair, plan: Plan, progress: Progress | None = None) -> Found:
@@ -71,7 +74,7 @@ def search_classes(pair: MarkedPair, plan: Plan, progress: Progress | None = Non
     virtual, marking = pair.virtual, pair.marking
     assert isinstance(virtual, HyperbolicLayout)
     tried: list[tuple[float, HyperbolicLayout]] = []
-    for k, images in enumerate(classes(marking)):
+    for k, images in enumerate(classes(marking, pair.virtual_marking)):
         tell("first maps", k / MOST_CLASSES)
         first = marking.lay_coarse(images, virtual.deck)
         grown = marking.coarsened.regrow(first)
@@ -122,17 +125,27 @@ def search_classes(pair: MarkedPair, plan: Plan, progress: Progress | None = Non
     return Found(best.finish().gathered(), energies, pair.size)
 
 
-def classes(marking: Marking) -> Iterator[dict[int, Word]]:
-    """Images of classes that keep handles handles and tunnels tunnels, laxest springs first.
+def classes(marking: Marking, virtual: Marking) -> Iterator[dict[int, Word]]:
+    """Images of the classes to try: those of nearest points, then others, laxest springs first.
 
-    Moves lead from class to class; of those reached, the laxest is always the next.
+    Moves that keep handles handles and tunnels tunnels lead from class to class; of those reached,
+    the laxest is always the next.
     """
     springs = marking.springs
     moves = near_moves(springs.mesh.genus)
     least = springs.energy(marking.images)
-    queue: list[tuple[float, int, dict[int, Word]]] = [(least, 0, marking.images)]
-    seen = {springs.key(marking.images)}
+    seen = set()
+    queue: list[tuple[float, int, dict[int, Word]]] = []
     found = 0
+    for images in nearest_classes(marking, virtual):
+        key = springs.key(images)
+        if key not in seen:
+            seen.add(key)
+            heapq.heappush(queue, (-1.0, len(seen), images))
+    key = springs.key(marking.images)
+    if key not in seen:
+        seen.add(key)
+        heapq.heappush(queue, (least, len(seen), marking.images))
     for _ in range(MOST_STEPS):
         if not queue or found == MOST_CLASSES:
             return

@@ -57,12 +57,14 @@ class Springs:
     Attributes:
         mesh: the mesh.
         relator: of its loops, a word of one vertex.
+        loops: the vertices of each letter's loop, from the root and back to it.
     """
 
     def __init__(self, mesh: ClosedMesh, root: int) -> None:
         """Cut the mesh open along loops from a vertex."""
         self.mesh = mesh
         trees = tree_cotree(mesh.vertices, mesh.faces, root)
+        self.loops = [_from_root(trees, int(edge)) for edge in trees.loops]
         _, relator = _spread(mesh, trees, free)
         while relator[0] == -relator[-1]:
             relator = relator[1:-1]
@@ -90,6 +92,27 @@ class Springs:
                 self._across[v, place] = self._index(words[k * m + f])
         self._canonical = Shortener(canonical_word(mesh.genus))
         self._generators = polygon_generators(canonical_word(mesh.genus))
+
+    def drawn(self, vertices: Int) -> Word:
+        """The word of a path through vertices (k,) in turn, by the shortest ways along edges."""
+        from scipy.sparse import csr_matrix
+        from scipy.sparse.csgraph import dijkstra
+
+        mesh = self.mesh
+        start, end = mesh.faces.T.ravel(), mesh.faces[:, [1, 2, 0]].T.ravel()
+        length = np.linalg.norm(mesh.vertices[start] - mesh.vertices[end], axis=1)
+        graph = csr_matrix((length, (start, end)), shape=(len(mesh.vertices),) * 2)
+        before = dijkstra(graph, indices=vertices[1:], return_predecessors=True)[1]
+        word: list[int] = []
+        for k, v in enumerate(vertices[:-1].tolist()):
+            while v != vertices[k + 1]:  # the graph is symmetric: the way back is the way there
+                ahead = int(before[k, v])
+                place = int(np.flatnonzero(self._ring[v, : self._degree[v]] == ahead)[0])
+                number = int(self._across[v, place])
+                step = self._words[abs(number)]
+                word += step if number >= 0 else inverse(step)
+                v = ahead
+        return free(word)
 
     def energy(self, images: Images) -> float:
         """Σ (cosh d − 1) over the edges, when the springs are about still."""
@@ -173,6 +196,17 @@ class Springs:
         state = (points, self._ring, self._across, self._degree, matrices)
         _pull(*state, rounds, enough)
         return float(_energy(*state)), points
+
+
+def _from_root(trees: TreeCotree, edge: int) -> Int:
+    """The vertices from the root along a half-edge that closes a loop, and back to the root."""
+    ways = []
+    for end in (int(trees.start[edge]), int(trees.end[edge])):
+        way = [end]
+        while trees.parent[way[-1]] >= 0:
+            way.append(int(trees.parent[way[-1]]))
+        ways.append(way)
+    return np.array(ways[0][::-1] + ways[1], dtype=np.int64)
 
 
 def _letters(images: Images) -> int:
