@@ -28,17 +28,14 @@ SHAPE = 10.0
 ROUNDS, ALONE_ROUNDS = 30, 3
 """In which triangles are turned back; in the first of them by their own corners alone."""
 RINGS_TO_SETTLE = 2
-BARRIER = 0.02
-"""The weight of areas while vertices settle."""
 
 
 def unsheared(pair: Pair, found: Layout, weights: Weights) -> tuple[Layout, Layout]:
     """The prop's and the virtual surface's layouts on a domain where shapes are kept.
 
     The prop's vertices show what they did. But where a triangle would turn over, its corners move
-    until it does not, and they and what is near them settle anew.
-    Where that does not help, or the virtual surface cannot be laid out so, both layouts are
-    returned as they are.
+    until it does not, and they and what is near them settle anew. Where that does not help, or the
+    virtual surface cannot be laid out so, both layouts are returned as they are.
 
     Args:
         pair: the surfaces.
@@ -54,10 +51,14 @@ def unsheared(pair: Pair, found: Layout, weights: Weights) -> tuple[Layout, Layo
     carried, moved = untangled(carried)
     if (below.shares <= 0).any() or (carried.shares <= 0).any():
         return found, before
-    # Shares of this domain are none of the virtual surface's area: they only keep triangles open.
-    problem = replace(pair, virtual=below).problem(carried, np.arange(len(moved)))
-    chosen = np.flatnonzero(_grown(found.mesh.faces, moved, RINGS_TO_SETTLE))
-    return problem.settle(carried, replace(weights, area=BARRIER), SETTLING_ROUNDS, chosen), below
+    if not moved.any():
+        return carried, below
+    chosen = _grown(found.mesh.faces, moved, RINGS_TO_SETTLE)
+    density = _density(found, before, below)
+    there = density[chosen[found.mesh.faces].any(axis=1)].mean()
+    problem = replace(pair, virtual=below).problem(carried, np.arange(len(moved)), density)
+    alike = replace(weights, area=weights.area / there)  # areas there count for what they are
+    return problem.settle(carried, alike, SETTLING_ROUNDS, np.flatnonzero(chosen)), below
 
 
 def _carried(prop: Layout, before: Layout, after: Layout) -> NDArray[np.float64]:
@@ -71,6 +72,14 @@ def _carried(prop: Layout, before: Layout, after: Layout) -> NDArray[np.float64]
         there[:, :2] += np.rint(prop.points - here)[:, :2]
         return np.asarray(there)
     return np.asarray(there / np.linalg.norm(there, axis=1, keepdims=True))
+
+
+def _density(prop: Layout, before: Layout, after: Layout) -> NDArray[np.float64]:
+    """(m,): how much more of the second domain the virtual surface has below each prop triangle."""
+    middles = prop.corners.mean(axis=1)
+    if not prop.flat:
+        middles /= np.linalg.norm(middles, axis=1, keepdims=True)
+    return np.asarray((after.shares / before.shares)[before.locator().find(middles)])
 
 
 def _grown(faces: NDArray[np.int64], vertices: NDArray[np.bool_], rings: int) -> NDArray[np.bool_]:
