@@ -27,7 +27,7 @@ SHAPE = 10.0
 """The weight of shape beside area in the layout; 0.1 where areas count."""
 ROUNDS, ALONE_ROUNDS = 30, 3
 """In which triangles are turned back; in the first of them by their own corners alone."""
-RINGS_TO_SETTLE = 2
+RINGS_TO_SETTLE = 1
 
 
 def unsheared(pair: Pair, found: Layout, weights: Weights) -> tuple[Layout, Layout]:
