@@ -13,8 +13,12 @@ from touchwarp.goals.maps.overlay import overlay
 from touchwarp.goals.maps.parameterise import lay_out, work_mesh
 from touchwarp.goals.maps.refine import Weights
 from touchwarp.goals.maps.search import Found, Pair, Plan, search_map
-from touchwarp.goals.maps.unsheared import unsheared
+from touchwarp.goals.maps.unsheared import unsheared, untangled
+from touchwarp.scene.shapes import sphere
+from touchwarp.scene.surface import Surface
 from touchwarp.scene.vessels import mug, tea_cup
+
+from .conftest import ring_surface
 
 Float = NDArray[np.float64]
 MORE = 2.0
@@ -92,4 +96,43 @@ def test_a_surface_that_cannot_be_laid_out_for_shapes_keeps_its_layout(
 
     pair, found, plan = matched
     monkeypatch.setattr(module, "embed", refuse)
+    assert unsheared(pair, found.layout, plan.weights) == (found.layout, pair.virtual)
+
+
+def tangled(surface: Surface) -> Layout:
+    """A layout with one vertex in twenty pushed a step beyond one of its neighbours."""
+    layout = lay_out(work_mesh(surface, "x").mesh)
+    points = layout.points.copy()
+    for f in range(0, len(layout.mesh.faces), 40):
+        a, b = layout.corners[f, :2]
+        points[layout.mesh.faces[f, 0]] += 1.5 * (b - a)
+    if not layout.flat:
+        points /= np.linalg.norm(points, axis=1, keepdims=True)
+    return layout.moved(points)
+
+
+@pytest.mark.parametrize("surface", [ring_surface(), sphere(0.03, 0.5)])
+def test_turned_triangles_are_turned_back_by_what_is_near_them(surface: Surface) -> None:
+    layout = tangled(surface)
+    turned = layout.shares <= 0
+    assert turned.sum() > 20
+    mended, moved = untangled(layout)
+    assert (mended.shares > 0).all()
+    assert np.array_equal(mended.points[~moved], layout.points[~moved])
+    assert moved[layout.mesh.faces[turned]].all()
+    assert moved.mean() < 0.5
+
+
+def test_the_mending_claim_rejects_no_mending(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "ROUNDS", 0)
+    mended, moved = untangled(tangled(ring_surface()))
+    assert (mended.shares <= 0).any()
+    assert not moved.any()
+
+
+def test_what_cannot_be_mended_keeps_its_layouts(
+    matched: tuple[Pair, Found, Plan], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pair, found, plan = matched
+    monkeypatch.setattr(module, "untangled", lambda _: (tangled(ring_surface()), None))
     assert unsheared(pair, found.layout, plan.weights) == (found.layout, pair.virtual)

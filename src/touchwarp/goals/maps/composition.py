@@ -38,11 +38,10 @@ def first_maps(
     sample = rng.choice(len(areas), size=SAMPLES, p=areas / areas.sum())
     candidates = _shifts() if prop.flat else _turns(rng)
     locator = Locator(virtual)
-    costs = np.empty(len(candidates))
-    for k, matrix in enumerate(candidates):
-        locator.find(prop.points[sample] @ matrix.T)
-        gap = locator.values(virtual_fields) - prop_fields[sample]
-        costs[k] = (gap**2).sum(axis=1).mean()
+    placed = np.einsum("kij,sj->ksi", candidates, prop.points[sample])
+    locator.find(placed.reshape(-1, 3))
+    seen = locator.values(virtual_fields).reshape(*placed.shape[:2], -1)
+    costs = ((seen - prop_fields[sample]) ** 2).sum(axis=2).mean(axis=1)
     chosen: list[int] = []
     for k in np.argsort(costs):
         if all(_apart(candidates[k], candidates[j], prop.flat) for j in chosen):

@@ -15,7 +15,7 @@ from touchwarp.goals.maps.closed_mesh import ClosedMesh
 from touchwarp.goals.maps.layout import Layout
 from touchwarp.outputs import replacing
 
-METHOD = "2"
+METHOD = "3"
 """Changes whenever layouts would come out otherwise."""
 MOST_KEPT = 100
 FOLDER_VARIABLE = "TOUCHWARP_CACHE"

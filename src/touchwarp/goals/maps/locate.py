@@ -1,7 +1,9 @@
 """Where a point of the domain lies in a layout: the triangle, and its barycentric coordinates.
 
 A walk from triangle to triangle, across an edge that has the point on its other side. On the torus
-the point takes on the lattice vector of each cut that it crosses.
+the point takes on the lattice vector of each cut that it crosses. Walks that start from nowhere in
+particular start from the triangle at the middle of the point's cell of the domain, of which there
+are some thousands of equal area.
 """
 
 from __future__ import annotations
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
     from touchwarp.goals.maps.layout import Layout
 
 OUTSIDE = -1e-14
+CELLS = 64
+"""Of the domain in each direction."""
 
 
 class Locator:
@@ -33,6 +37,7 @@ class Locator:
         self.face = np.zeros(0, np.int64)
         self.weights = np.zeros((0, 3))
         self.place = np.zeros((0, 3))
+        self._cells: NDArray[np.int64] | None = None
 
     def find(
         self, points: NDArray[np.float64], start: NDArray[np.int64] | None = None
@@ -41,11 +46,12 @@ class Locator:
 
         Args:
             points: (q, 3) points of the domain, anywhere on the covering plane of a torus.
-            start: (q,) triangles to walk from; else those of the last call, if as many.
+            start: (q,) triangles to walk from; else those of the last call, if as many; else those
+                of the points' cells.
         """
         layout = self.layout
         if start is None:
-            start = self.face if len(self.face) == len(points) else np.zeros(len(points), np.int64)
+            start = self.face if len(self.face) == len(points) else self._beside(points)
         self.face, self.weights, self.place = _locate(
             np.ascontiguousarray(points),
             start,
@@ -55,6 +61,14 @@ class Locator:
             layout.flat,
         )
         return self.face
+
+    def _beside(self, points: NDArray[np.float64]) -> NDArray[np.int64]:
+        """(q,): triangles near the points."""
+        layout = self.layout
+        if self._cells is None:
+            virtual = (layout.corners, layout.mesh.neighbours, layout.jumps)
+            self._cells = np.asarray(_triangles_of_cells(virtual, layout.flat))
+        return np.asarray(_look_up(points, self._cells, layout.flat))
 
     def values(self, fields: NDArray[np.float64]) -> NDArray[np.float64]:
         """(q, c): fields (n, c) on the layout's vertices, linear in each triangle."""
@@ -121,6 +135,42 @@ def _locate(points, start, corners, neighbours, jumps, flat):
             weights[i, k] = best[k] / total
         place[i, 0], place[i, 1], place[i, 2] = x, y, z
     return found, weights, place
+
+
+@njit(cache=True, error_model="numpy")
+def _triangles_of_cells(virtual, flat):
+    """(CELLS, CELLS): the triangle at the middle of each cell, found in rows to and fro."""
+    triangles, place = np.empty((CELLS, CELLS), np.int64), np.empty(3)
+    near = 0
+    for i in range(CELLS):
+        for step in range(CELLS):
+            j = step if i % 2 == 0 else CELLS - 1 - step
+            across, along = (i + 0.5) / CELLS, (j + 0.5) / CELLS
+            if flat:
+                place[0], place[1], place[2] = across, along, 1.0
+            else:
+                height, turn = 2.0 * across - 1.0, 2.0 * np.pi * along
+                radius = np.sqrt(1.0 - height * height)
+                place[0], place[1] = radius * np.cos(turn), radius * np.sin(turn)
+                place[2] = height
+            near = walk_to(place, near, virtual, flat)
+            triangles[i, j] = near
+    return triangles
+
+
+@njit(cache=True, error_model="numpy")
+def _look_up(points, triangles, flat):
+    """(q,): the triangle of the cell that each point lies in."""
+    found = np.empty(len(points), np.int64)
+    for q in range(len(points)):
+        x, y, z = points[q]
+        if flat:
+            across, along = x - np.floor(x), y - np.floor(y)
+        else:  # height and turn: cells of equal area (Lambert)
+            across, along = 0.5 * (z + 1.0), np.arctan2(y, x) / (2.0 * np.pi) % 1.0
+        i, j = min(int(across * CELLS), CELLS - 1), min(int(along * CELLS), CELLS - 1)
+        found[q] = triangles[max(i, 0), j]
+    return found
 
 
 @njit(cache=True, error_model="numpy")

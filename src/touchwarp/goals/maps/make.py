@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from touchwarp.errors import GoalError
 from touchwarp.goals.fingertip_curvature import FINGERTIP_RADIUS, fingertip_curvature
 from touchwarp.goals.goal import Goal
-from touchwarp.goals.maps.areas import polish_areas, spread, target_shares
+from touchwarp.goals.maps.areas import KEPT, polish_areas, spread, target_shares
 from touchwarp.goals.maps.base import Base, find_base
 from touchwarp.goals.maps.closed_mesh import ClosedMesh
 from touchwarp.goals.maps.hyperbolic.deck import Deck
@@ -37,8 +37,7 @@ Float = NDArray[np.float64]
 
 TRANSPORT_AREA_WEIGHT = 20.0
 """Areas hardly change while transport is minimised; the polish does the rest."""
-AREA_AIM = 4e-3
-AREA_FACTOR, KEPT_AREA_FACTOR = 1.5, 1.02
+AREA_FACTOR, KEPT_AREA_FACTOR = 1.2, 1.02
 """By which faces may change ratios of area for being fewer: in any map, and where they are kept."""
 TOLERANCE_PARTS = (1.0, 0.5, 0.25)
 """Tried in turn until no face, as it cuts across an edge, looks turned to the certificate."""
@@ -70,7 +69,7 @@ def area_preserving_goal(
     )
     found = _search(pair, plan, progress)
     one, other = (
-        polish_areas(layout, target_shares(layout.mesh.face_areas), AREA_AIM)
+        polish_areas(layout, target_shares(layout.mesh.face_areas), KEPT)
         for layout in _whole(tidied, found.layout, pair.virtual)
     )
     return _goal(spec, pair, found, [(one, other)], _area_spread(one), start, progress)

@@ -16,8 +16,8 @@ from touchwarp.goals.maps.tidy import Tidied, tidy
 from touchwarp.goals.refinement import refine
 from touchwarp.scene.surface import Surface
 
-AREA_AIM = 4e-3
-"""The spread of area ratios that a layout is polished to."""
+AREA_AIM = 0.02
+"""The spread of area ratios that a layout is polished to: small beside that of any `match`."""
 EDGES_PER_SIZE = 40
 """Edges longer than the root of the surface's area over this are divided first."""
 TIDY = 2e-6

@@ -78,6 +78,8 @@ class MapProblem:
         unit: 1/m, of the positions.
         landmarks: pairs of points.
         standing: what must stay on a plane.
+        density: (m,) shares of the domain over shares of the virtual surface's area, about where
+            each of the prop's triangles is shown; None: 1, as on layouts that keep areas.
     """
 
     prop: Layout
@@ -87,12 +89,15 @@ class MapProblem:
     unit: float = 1.0
     landmarks: Landmarks | None = None
     standing: Standing | None = None
+    density: NDArray[np.float64] | None = None
     _cotangents: NDArray[np.float64] = field(init=False)
 
     def __post_init__(self) -> None:
         mesh = self.prop.mesh
         self.vertex_shares = mesh.vertex_areas / mesh.area
         self.target = target_shares(mesh.face_areas)
+        if self.density is not None:
+            self.target *= self.density
         tangent = np.tan(np.clip(mesh.corner_angles, 1e-3, np.pi - 1e-3))
         self._cotangents = np.maximum(0.5 / tangent, LEAST_COTANGENT)
         self.locator = self.virtual.locator()

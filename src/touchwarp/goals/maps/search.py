@@ -113,7 +113,9 @@ class Pair:
         whole = self.virtual if layout is self.virtual else self.prop
         return np.asarray((layout.mesh.vertices - whole.mesh.centre) / self.size)
 
-    def problem(self, layout: Layout, chosen: NDArray[np.int64]) -> MapProblem:
+    def problem(
+        self, layout: Layout, chosen: NDArray[np.int64], density: Float | None = None
+    ) -> MapProblem:
         """The problem on some vertices (k,) of the prop, with their mesh's layout."""
         return MapProblem(
             layout,
@@ -123,6 +125,7 @@ class Pair:
             1 / self.size,
             self._landmarks_on(layout),
             self._standing(layout),
+            density,
         )
 
     def _standing(self, layout: Layout) -> Standing | None:

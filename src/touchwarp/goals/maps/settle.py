@@ -126,7 +126,7 @@ def _newton_step(v, star, points, aims, own, slopes, frame, corners, gradient, f
         h_ss, h_st, h_tt = h_ss + hold * a * a, h_st + hold * a * b, h_tt + hold * b * b
     whole = 1.0 if flat else 4 * np.pi
     for i in range(star[2][v]):
-        area = _star_area(v, points[v], i, star, points, corners, gradient, flat) / whole
+        area = star_area(v, points[v], i, star, points, corners, gradient, flat) / whole
         a, b = 0.0, 0.0
         for d in range(3):
             a += gradient[0, d] * frame[d] / whole
@@ -153,7 +153,7 @@ def _energy(v, place, star, points, aims, own, corners, gradient, flat):
         energy += hold * off**2
     whole = 1.0 if flat else 4 * np.pi
     for i in range(star[2][v]):
-        area = _star_area(v, place, i, star, points, corners, gradient, flat) / whole
+        area = star_area(v, place, i, star, points, corners, gradient, flat) / whole
         if area <= 0.0:
             return np.inf
         energy += area_weight * (star[3][v, i] ** 2 / area + area)
@@ -161,7 +161,11 @@ def _energy(v, place, star, points, aims, own, corners, gradient, flat):
 
 
 @njit(cache=True, error_model="numpy")
-def _star_area(v, place, i, star, points, corners, gradient, flat):
+def star_area(v, place, i, star, points, corners, gradient, flat):
+    """The area of the i-th triangle around vertex v, were v at `place`; fills its gradient (3, 3).
+
+    star: (ring, shift, degree, …) as of `settle`; corners: (3, 3) to fill.
+    """
     ring, shift, degree = star[0], star[1], star[2]
     j = (i + 1) % degree[v]
     corners[0] = place

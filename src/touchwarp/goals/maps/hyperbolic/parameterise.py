@@ -7,9 +7,8 @@ from touchwarp.goals.maps.hyperbolic.coarsened import Regrown
 from touchwarp.goals.maps.hyperbolic.deck import Deck
 from touchwarp.goals.maps.hyperbolic.layout import HyperbolicLayout
 from touchwarp.goals.maps.hyperbolic.marking import Marking
-from touchwarp.goals.maps.parameterise import AREA_AIM
 
-POLISHES = 3
+POLISHES, AREA_AIM = 3, 4e-3
 SOUND = 0.7
 """Of all vertices: those that stay this long make no needles."""
 GROWTH = 1.4
