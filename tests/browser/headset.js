@@ -42,6 +42,19 @@
     };
   }
 
+  // The emulator knows of no bounds: those of a test, with the frame that they are given in.
+  const { bounds } = window.headsetOptions;
+  const sessions = IWER.XRSession.prototype;
+  const { requestReferenceSpace } = sessions;
+  sessions.requestReferenceSpace = async function (type) {
+    const space = await requestReferenceSpace.call(this, type);
+    if (type === "bounded-floor" && bounds) {
+      space[IWER.P_SPACE].offsetMatrix.set(bounds.matrix);
+      space.boundsGeometry = bounds.outline.map(([x, z]) => new DOMPointReadOnly(x, 0, z, 1));
+    }
+    return space;
+  };
+
   // A joint that is lost has no pose, which the emulator never says of its own accord.
   const lost = new Set();
   const frames = IWER.XRFrame.prototype;

@@ -184,6 +184,13 @@ class Finished(Message):
     path: str
 
 
+class Deleted(Message):
+    """A recording was deleted, and nothing more of it is kept: the page forgets what it has."""
+
+    kind: Literal["deleted"] = "deleted"
+    recording: str
+
+
 class Refused(Message):
     """A message of the page's that was not carried out, and why.
 
@@ -195,7 +202,7 @@ class Refused(Message):
     reason: str
 
 
-FromServer = SceneState | Progress | Failed | Saved | Acknowledged | Finished | Refused
+FromServer = SceneState | Progress | Failed | Saved | Acknowledged | Finished | Deleted | Refused
 
 
 # ------------------------------------------------------------------------------ what the page asks

@@ -2,6 +2,7 @@ import { Vector3 } from "three";
 import { effectiveCount, thinContacts } from "./contact.js";
 import { type Pose, turnAxes } from "./pose.js";
 import { FINE_CONTACTS, type Fit, placementCost, refine, register, type Task } from "./register.js";
+import { swollen } from "./swelling.js";
 import { leastKnownTurn, type PoseCovariance, poseCovariance } from "./uncertainty.js";
 
 /** How well a pose must be known before a hand is displaced: half widths that hold 95 %. */
@@ -46,8 +47,10 @@ const TURNS_DEG = [2, 4, 6, 8, 10, 14, 20, 30, 45, 60, 75, 90, 105, 120, 135, 15
  * fewer than three contacts. */
 export function calibrate(task: Task, limits: Limits = LIMITS): Calibration | null {
   if (task.contacts.length < 3) return null;
-  const thinned = { ...task, contacts: thinContacts(task.contacts, FINE_CONTACTS) };
-  const fits = register(thinned);
+  const rough = { ...task, contacts: thinContacts(task.contacts, FINE_CONTACTS) };
+  const found = register(rough);
+  const thinned = { ...rough, contacts: swollen(rough, found[0]!) };
+  const fits = found.map((fit) => refine(thinned, fit)).sort((a, b) => a.cost - b.cost);
   const best = fits[0]!;
   const covariance = poseCovariance(thinned, best);
   const turnAxis = leastKnownTurn(thinned, covariance);

@@ -42,8 +42,8 @@ export function visitRows(
   for (const contact of contacts) {
     row.contact = contact;
     row.tip.copy(tipOffset).applyQuaternion(contact.turn).negate().add(contact.tip);
-    if (contact.named) visitNamed(contact, pose, pointing, visit);
-    else {
+    if (contact.named) visitNamed(contact, pose, pointing, coarse, visit);
+    if (!contact.named || !coarse) {
       inProp.subVectors(row.tip, pose.place).applyQuaternion(toProp);
       if (coarse) foot.distance = surface.field.at(inProp, foot.gradient);
       else surface.nearest(inProp, foot);
@@ -59,6 +59,7 @@ function visitNamed(
   contact: Contact,
   pose: Pose,
   pointing: number,
+  coarse: boolean,
   visit: (row: Row) => void,
 ): void {
   const { point, normal } = contact.named!;
@@ -67,7 +68,9 @@ function visitNamed(
   const helper = Math.abs(outward.y) < 0.9 ? new Vector3(0, 1, 0) : new Vector3(1, 0, 0);
   const first = helper.cross(outward).normalize();
   const second = new Vector3().crossVectors(outward, first);
-  for (const axis of [outward, first, second]) {
+  // however far beside the place a finger is, it is on the surface: that is told by the distance,
+  // once the pose is so near that the nearest surface is the one that is touched
+  for (const axis of coarse ? [outward, first, second] : [first, second]) {
     row.axis.copy(axis);
     row.residual = offset.dot(axis);
     row.aim = axis === outward ? 0 : pointing;

@@ -133,6 +133,12 @@ export interface Finished {
   readonly path: string;
 }
 
+/** A recording was deleted, and nothing more of it is kept: the page forgets what it has. */
+export interface Deleted {
+  readonly kind: "deleted";
+  readonly recording: string;
+}
+
 /** A message of the page's that was not carried out, and why. */
 export interface Refused {
   readonly kind: "refused";
@@ -180,6 +186,6 @@ export interface ChunkHeader {
   readonly notes?: readonly string[];
 }
 
-export type FromServer = SceneState | Progress | Failed | Saved | Acknowledged | Finished | Refused;
+export type FromServer = SceneState | Progress | Failed | Saved | Acknowledged | Finished | Deleted | Refused;
 
 export type FromPage = ChangeScene | SaveScene | BeginRecording | EndRecording;

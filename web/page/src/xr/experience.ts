@@ -2,7 +2,9 @@ import { Matrix4, Ray, Vector3 } from "three";
 import type { Context } from "../context.js";
 import type { SceneState } from "../live/messages.js";
 import { AnchoredPose } from "./anchored_pose.js";
+import { PlayBounds } from "./bounds.js";
 import { Calibrator, type Way } from "./calibrator.js";
+import { Carrier } from "./carrier.js";
 import { depict } from "./depict.js";
 import { Displacement } from "./displacement.js";
 import { HandInput } from "./hand_input.js";
@@ -11,7 +13,7 @@ import { Probe } from "./probe.js";
 import { PlacedProps, PropModel } from "./prop_model.js";
 import { Resolver } from "./resolver.js";
 import { Room } from "./room.js";
-import { HandsUp, isBeyondBounds, isOutside, SEATED_RADIUS, STANDING_RADIUS } from "./safety.js";
+import { HandsUp, isOutside, SEATED_RADIUS, STANDING_RADIUS } from "./safety.js";
 import { advance, begin, fade, isDisplaced, type SessionEvent, worldGoal } from "./session.js";
 import { measuredPoses, movedProps, standsOn } from "./several_props.js";
 import { Strokes } from "./strokes.js";
@@ -31,7 +33,11 @@ export class Experience {
   /** How much of the virtual world is to be seen, 0 to 1. */
   world = 0;
   notice = "";
+  /** What the card shows until the person says that it is understood. */
+  warning: readonly string[] = [];
   readonly anchored = new AnchoredPose();
+  /** What carries the prop; null where it stays. */
+  readonly carrier: Carrier | null;
   #scene = "";
   #handsUp = new HandsUp();
   #strokes = new Strokes();
@@ -43,11 +49,12 @@ export class Experience {
   readonly head = new Vector3();
   #gaze = new Vector3(0, 0, -1);
   #playCentre: Vector3 | null = null;
-  #bounds: DOMPointReadOnly[] = [];
+  #bounds: PlayBounds;
   #last = 0;
   #foundOn: 0 | 1 = 1;
   #loading = false;
   #probe = new Probe();
+  #unlisten: () => void;
 
   constructor(
     readonly context: Context,
@@ -55,8 +62,17 @@ export class Experience {
     readonly choices: Choices,
     readonly ended: () => void,
   ) {
-    this.displacement = new Displacement(context, this.placed);
+    this.carrier = choices.carried ? new Carrier() : null;
+    this.displacement = this.#displacement();
     this.resolver = new Resolver(context);
+    this.#bounds = new PlayBounds(xr);
+    let deleted: string | null = null;
+    this.#unlisten = context.recorder.listen((status) => {
+      const news = status.deleted !== null && deleted === null;
+      if (news)
+        this.warning = [`${status.deleted} was deleted on the server: recording has stopped.`];
+      deleted = status.deleted;
+    });
     xr.addEventListener("end", () => this.#end());
     xr.addEventListener("visibilitychange", () => {
       const kind = xr.visibilityState === "visible" ? "resume" : "pause";
@@ -74,7 +90,6 @@ export class Experience {
     this.room.renderer.setAnimationLoop((time, frame) => {
       if (frame) this.#frame(time / 1000, frame);
     });
-    void this.#findBounds();
     this.tell({ kind: "ready" });
   }
 
@@ -120,8 +135,12 @@ export class Experience {
       each.dispose();
     }
     this.room.furnish(props, state);
-    this.displacement = new Displacement(this.context, this.placed);
+    this.displacement = this.#displacement();
     if (before.length === 0) this.session = begin(props.length);
+  }
+
+  #displacement(): Displacement {
+    return new Displacement(this.context, this.placed, this.choices.hand, this.carrier);
   }
 
   #calibratorOf(prop: PropModel): Calibrator {
@@ -160,6 +179,8 @@ export class Experience {
       if (this.room.panel.position.lengthSq() === 0) this.recentre();
     }
     this.placed.pose = this.anchored.now(frame, room);
+    this.carrier?.read(frame, this.xr, room);
+    if (this.carrier?.rest) this.placed.pose = this.carrier.pose;
     for (const input of this.inputs) {
       input.read(frame, this.xr.inputSources, room);
       const found = this.calibrators[0]?.calibration;
@@ -167,6 +188,7 @@ export class Experience {
         input.mendTips(found.tipOffset, this.#foundOn);
     }
     this.#keepSafe(time);
+    this.#mindBounds(time, frame, room);
     this.#followTouches(time);
     if (this.session.phase === "resolve") this.#seeWhetherResolved();
     this.#keepUp();
@@ -174,6 +196,7 @@ export class Experience {
     const goal = worldGoal(this.session);
     this.world = fade(this.world, goal, elapsed, goal === 1 ? APPEAR : VANISH);
     depict(this, time);
+    if (this.session.phase === "ended") return; // a button has just ended it
     this.#probe.show(this);
     this.room.renderer.render(this.room.scene, this.room.camera);
   }
@@ -192,6 +215,24 @@ export class Experience {
     const was = session.pauses.has("outside");
     const is = isOutside(this.head, { centre: this.#playCentre, radius }, was);
     if (is !== was) this.tell({ kind: is ? "pause" : "resume", pause: "outside" });
+  }
+
+  /** Warn of props that stand where the person may not see what is in the way. */
+  #mindBounds(time: number, frame: XRFrame, room: XRReferenceSpace): void {
+    const { phase } = this.session;
+    const asOne = phase === "verify" || phase === "immersed"; // else each as it was found
+    const places = new Map<string, Vector3>();
+    for (const { prop, calibration, done } of this.calibrators) {
+      const pose = asOne ? this.placed.pose : calibration?.pose;
+      if (done && pose) places.set(prop.state.name, pose.toRoom(prop.surface.centre));
+    }
+    const outside = this.#bounds.look(time, frame, room, places);
+    if (outside.length === 0) return;
+    const stand = outside.length > 1 ? "stand" : "stands";
+    this.warning = [
+      `The ${outside.join(" and the ")} ${stand} outside your play area.`,
+      "Look that the way there is clear, or put it elsewhere and poke Redo.",
+    ];
   }
 
   #followTouches(time: number): void {
@@ -217,11 +258,9 @@ export class Experience {
     const { calibration } = calibrator;
     if (this.session.phase !== "calibrate" || !calibration) return;
     this.anchored.set(calibration.pose);
+    this.carrier?.hold(calibration.pose);
     if (!calibrator.done) return;
-    const { x, z } = calibration.pose.toRoom(calibrator.prop.surface.centre);
-    this.notice = isBeyondBounds({ x, z }, this.#bounds)
-      ? "Careful: the prop stands outside your play area."
-      : "";
+    this.notice = "";
     this.room.trail.clear();
     this.tell({ kind: "calibrated" });
   }
@@ -248,6 +287,7 @@ export class Experience {
     if (transform) {
       const T_before_now = new Matrix4().fromArray(transform.matrix);
       this.anchored.originMoved(T_before_now);
+      this.carrier?.originMoved(T_before_now);
       this.#playCentre?.applyMatrix4(T_before_now.clone().invert());
     }
     this.recentre();
@@ -256,6 +296,7 @@ export class Experience {
 
   #restartCalibration(): void {
     for (const calibrator of this.calibrators) calibrator.restart();
+    this.#bounds.forget();
     this.room.trail.clear();
     this.#strokes.drop();
   }
@@ -312,19 +353,9 @@ export class Experience {
     this.room.panel.select(new Ray(origin, new Vector3(0, 0, -1).transformDirection(matrix)));
   }
 
-  async #findBounds(): Promise<void> {
-    try {
-      const bounded = (await this.xr.requestReferenceSpace(
-        "bounded-floor",
-      )) as XRBoundedReferenceSpace;
-      this.#bounds = [...bounded.boundsGeometry];
-    } catch {
-      this.#bounds = []; // The device knows of none, or keeps it to itself.
-    }
-  }
-
   #end(): void {
     this.tell({ kind: "end" });
+    this.#unlisten();
     this.resolver.dispose();
     for (const calibrator of this.calibrators) calibrator.dispose();
     this.room.renderer.setAnimationLoop(null);

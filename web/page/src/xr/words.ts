@@ -1,6 +1,7 @@
 import type { Calibration, Doubt, Limits } from "../calibrate/assess.js";
 import { LIMITS } from "../calibrate/assess.js";
 import type { Calibrator } from "./calibrator.js";
+import type { Carried } from "./carrier.js";
 import type { Measure } from "./panel.js";
 import type { Session } from "./session.js";
 
@@ -24,8 +25,12 @@ export interface Facts {
   readonly audit: string;
   readonly drifted: boolean;
   readonly notice: string;
+  /** To be read before anything else. */
+  readonly warning: readonly string[];
   /** Whether the device shows the real room. */
   readonly seesRoom: boolean;
+  /** Where the prop has been carried to, if the warp does not hold there. */
+  readonly carried: Carried | "lost" | null;
   readonly solving: { readonly step: string; readonly progress: number | null };
 }
 
@@ -44,6 +49,7 @@ export function instruct(session: Session, calibrator: Calibrator, facts: Facts)
   if (pauses.has("unready") && session.phase === "immersed") {
     return plain("One moment", ["The scene is being prepared; hands are shown as they are."]);
   }
+  if (facts.warning.length > 0) return plain("Careful", [...facts.warning]);
   switch (session.phase) {
     case "preflight":
       return plain("One moment", ["The scene is being loaded.", facts.notice]);
@@ -73,6 +79,18 @@ export function instruct(session: Session, calibrator: Calibrator, facts: Facts)
         progress: calibrator.touches.length / 5,
       };
     case "immersed":
+      if (facts.carried === "lost") {
+        return plain(`The ${name} is lost`, [
+          "The controller that is fixed to it is not tracked; hands are shown where they are.",
+        ]);
+      }
+      if (facts.carried) {
+        const { shift, turn } = facts.carried;
+        const degrees = ((180 / Math.PI) * turn).toFixed(1);
+        return plain(`Put the ${name} back`, [
+          `It is ${(1000 * shift).toFixed(0)} mm and ${degrees}° from where the scene was solved; what else is in the scene does not go along, so hands are shown where they are.`,
+        ]);
+      }
       return plain(facts.drifted ? "Has the prop moved?" : "Touch what you see", [
         facts.audit,
         facts.drifted ? "Touches have drifted: poke Redo to calibrate again." : facts.notice,
