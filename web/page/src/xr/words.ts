@@ -132,7 +132,7 @@ function calibrationLines(calibrator: Calibrator): string[] {
 
 /** Each freedom with its 95 % half width, and whether that will do. */
 export function measuresOf(
-  { translation95, turn95, covariance }: Calibration,
+  { translation95, turns95 }: Calibration,
   limits: Limits = LIMITS,
 ): Measure[] {
   const lengths = [
@@ -140,17 +140,30 @@ export function measuresOf(
     ["near–far", translation95.z],
     ["height", translation95.y],
   ] as const;
-  const turnName = covariance.toHand.rows > 4 ? "turns" : "turn";
+  const [first, upright, last] = turns95 as [number, number?, number?];
+  const turns: [string, number][] =
+    upright === undefined || last === undefined
+      ? [["turn", first]]
+      : [
+          ["turn", upright],
+          ["tilt near–far", first],
+          ["tilt left–right", last],
+        ];
   return [
     ...lengths.map(([name, half]) => ({
       name,
-      value: half > 0.1 ? "not known" : `±${(1000 * half).toFixed(half < 0.0095 ? 1 : 0)} mm`,
+      value: half > 0.1 ? "not known" : `±${rounded(1000 * half, half < 0.0095 ? 1 : 0)} mm`,
       share: half / limits.translation,
     })),
-    {
-      name: turnName,
-      value: turn95 > Math.PI / 2 ? "free" : `±${((180 / Math.PI) * turn95).toFixed(0)}°`,
-      share: turn95 / limits.turn,
-    },
+    ...turns.map(([name, half]) => ({
+      name,
+      value: half > Math.PI / 2 ? "free" : `±${rounded((180 / Math.PI) * half, 0)}°`,
+      share: half / limits.turn,
+    })),
   ];
+}
+
+/** Up, so that what is shown holds no less than what was found. */
+function rounded(value: number, digits: number): string {
+  return (Math.ceil(value * 10 ** digits - 1e-6) / 10 ** digits).toFixed(digits);
 }
