@@ -1,7 +1,7 @@
 import { Matrix4, Ray, Vector3 } from "three";
 import type { Context } from "../context.js";
 import type { SceneState } from "../live/messages.js";
-import { AnchoredPose } from "./anchored_pose.js";
+import type { AnchoredPose } from "./anchored_pose.js";
 import { PlayBounds } from "./bounds.js";
 import { Calibrator, type Way } from "./calibrator.js";
 import { Carrier } from "./carrier.js";
@@ -35,7 +35,6 @@ export class Experience {
   notice = "";
   /** What the card shows until the person says that it is understood. */
   warning: readonly string[] = [];
-  readonly anchored = new AnchoredPose();
   /** What carries the prop; null where it stays. */
   readonly carrier: Carrier | null;
   #scene = "";
@@ -113,6 +112,13 @@ export class Experience {
     return this.calibrators[this.session.prop]!;
   }
 
+  /** What holds the scene where it stands: while props are sought, as the present one has it. */
+  get anchored(): AnchoredPose | undefined {
+    const { phase } = this.session;
+    const sought = phase === "calibrate" && this.calibrator?.calibration;
+    return (sought ? this.calibrator : this.calibrators[0])?.anchored;
+  }
+
   /** Take over the scene: in the beginning, and whenever its objects are others. */
   async #load(): Promise<void> {
     const { state, tables } = this.context;
@@ -127,9 +133,11 @@ export class Experience {
     this.placed = new PlacedProps(props);
     this.placed.pose = pose;
     // A scene that was solved anew stands where its first prop was found.
-    const known = before[0]?.calibration ?? null;
+    const [known] = before;
     this.calibrators = props.map((prop) => this.#calibratorOf(prop));
     for (const each of this.calibrators) if (known) each.adopt(known);
+    const kept = new Set(this.calibrators.map(({ anchored }) => anchored));
+    for (const { anchored } of before) if (!kept.has(anchored)) anchored.release();
     for (const each of before) {
       each.prop.dispose();
       each.dispose();
@@ -178,7 +186,8 @@ export class Experience {
       this.#gaze.set(0, 0, -1).transformDirection(matrix);
       if (this.room.panel.position.lengthSq() === 0) this.recentre();
     }
-    this.placed.pose = this.anchored.now(frame, room);
+    for (const { anchored } of this.calibrators) anchored.now(frame, room);
+    if (this.anchored) this.placed.pose = this.anchored.pose;
     this.carrier?.read(frame, this.xr, room);
     if (this.carrier?.rest) this.placed.pose = this.carrier.pose;
     for (const input of this.inputs) {
@@ -222,9 +231,9 @@ export class Experience {
     const { phase } = this.session;
     const asOne = phase === "verify" || phase === "immersed"; // else each as it was found
     const places = new Map<string, Vector3>();
-    for (const { prop, calibration, done } of this.calibrators) {
-      const pose = asOne ? this.placed.pose : calibration?.pose;
-      if (done && pose) places.set(prop.state.name, pose.toRoom(prop.surface.centre));
+    for (const { prop, anchored, done } of this.calibrators) {
+      const pose = asOne ? this.placed.pose : anchored.pose;
+      if (done) places.set(prop.state.name, pose.toRoom(prop.surface.centre));
     }
     const outside = this.#bounds.look(time, frame, room, places);
     if (outside.length === 0) return;
@@ -257,7 +266,6 @@ export class Experience {
     const { calibrator } = this;
     const { calibration } = calibrator;
     if (this.session.phase !== "calibrate" || !calibration) return;
-    this.anchored.set(calibration.pose);
     this.carrier?.hold(calibration.pose);
     if (!calibrator.done) return;
     this.notice = "";
@@ -267,7 +275,7 @@ export class Experience {
 
   #endTouch(): void {
     const { calibrator } = this;
-    const outcome = calibrator.endTouch();
+    const outcome = calibrator.endTouch(this.placed.pose);
     this.notice =
       outcome === "taken"
         ? ""
@@ -286,7 +294,9 @@ export class Experience {
   #originMoved({ transform }: XRReferenceSpaceEvent): void {
     if (transform) {
       const T_before_now = new Matrix4().fromArray(transform.matrix);
-      this.anchored.originMoved(T_before_now);
+      for (const anchored of new Set(this.calibrators.map((each) => each.anchored))) {
+        anchored.originMoved(T_before_now);
+      }
       this.carrier?.originMoved(T_before_now);
       this.#playCentre?.applyMatrix4(T_before_now.clone().invert());
     }
@@ -305,14 +315,13 @@ export class Experience {
   #resolve(): void {
     const { planes } = this.context.state;
     const measured = measuredPoses(
-      this.calibrators.map(({ prop, calibration }) => ({
+      this.calibrators.map(({ prop, anchored }) => ({
         name: prop.state.name,
         scenePose: prop.state.pose,
-        room: calibration!.pose,
+        room: anchored.pose,
         onTable: this.choices.freedom === 4 && standsOn(planes, prop.surface.lowest.z),
       })),
     );
-    this.anchored.set(this.calibrators[0]!.calibration!.pose);
     const moved = movedProps(measured);
     if (moved.length === 0) this.tell({ kind: "resolved" });
     else this.resolver.begin(Object.fromEntries(moved.map(({ name, pose }) => [name, pose])));
