@@ -20,8 +20,13 @@ export class PlayBounds {
     );
   }
 
+  /** Whether it is time for another look. */
+  due(time: number): boolean {
+    return this.#space !== null && time - this.#looked >= INTERVAL;
+  }
+
   /**
-   * Names of the things that have come to stand outside since the last look, once a second.
+   * Names of the things that have come to stand outside since the last look.
    * @param places by name, m, `room` frame.
    */
   look(
@@ -30,9 +35,8 @@ export class PlayBounds {
     room: XRReferenceSpace,
     places: ReadonlyMap<string, Vector3>,
   ): string[] {
-    if (!this.#space || time - this.#looked < INTERVAL) return [];
-    const pose = frame.getPose(this.#space, room);
-    if (!pose) return [];
+    const pose = this.#space && frame.getPose(this.#space, room);
+    if (!this.#space || !pose) return [];
     this.#looked = time;
     const T_bounds_room = matrix.fromArray(pose.transform.matrix).invert();
     const outline = this.#space.boundsGeometry ?? []; // some devices leave it out

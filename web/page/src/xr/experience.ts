@@ -228,6 +228,7 @@ export class Experience {
 
   /** Warn of props that stand where the person may not see what is in the way. */
   #mindBounds(time: number, frame: XRFrame, room: XRReferenceSpace): void {
+    if (!this.#bounds.due(time)) return;
     const { phase } = this.session;
     const asOne = phase === "verify" || phase === "immersed"; // else each as it was found
     const places = new Map<string, Vector3>();
