@@ -55,21 +55,6 @@
     return space;
   };
 
-  // Anchors that there are: a device that finds its map wrong moves them.
-  const anchors = new Set();
-  const { createAnchor } = IWER.XRFrame.prototype;
-  IWER.XRFrame.prototype.createAnchor = async function (...given) {
-    const anchor = await createAnchor.apply(this, given);
-    const { anchorSpace } = anchor;
-    const remove = anchor.delete.bind(anchor);
-    anchors.add(anchorSpace);
-    anchor.delete = () => {
-      anchors.delete(anchorSpace);
-      remove();
-    };
-    return anchor;
-  };
-
   // A controller that is fixed to a prop, which this emulator does not track beside hands.
   const controller = device.controllers.left.inputSource;
   Object.defineProperty(sessions, "trackedSources", {
@@ -117,12 +102,6 @@
   window.headset = {
     device,
     lost,
-    /** Everything real is elsewhere in the room, and all anchors with it; m, along the room's axes. */
-    drift(by) {
-      for (const space of anchors) {
-        for (let d = 0; d < 3; d++) space[IWER.P_SPACE].offsetMatrix[12 + d] += by[d];
-      }
-    },
     /** T_room_grip of the controller that is fixed to a prop, column-major; null while none is tracked. */
     grip: null,
     /** The real clock, ms. */
