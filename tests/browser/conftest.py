@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
@@ -13,6 +14,8 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 import touchwarp as tw
 from tests.browser.chromium import FLAGS, obtain_chromium
 from tests.browser.desk import LONG
+from tests.browser.headset import Headset
+from tests.browser.person import Person, RealProp
 from tests.browser.server import Server
 
 SCENE = """\
@@ -62,6 +65,8 @@ expect.set_options(timeout=LONG)
 
 THROTTLE = float(os.environ.get("TOUCHWARP_CPU_THROTTLE", "1"))
 """How many times slower the page's processor is made, to find what only holds on a fast one."""
+
+Enter = Callable[..., Person]
 
 SHOTS = Path(__file__).resolve().parents[2] / "build" / "screenshots"
 
@@ -184,3 +189,17 @@ def ball_server(share: Callable[[Path], Server], ball_folder: Path) -> Server:
 def mug_server(share: Callable[[Path], Server], mug_folder: Path) -> Server:
     """Serves the mug to tests that change nothing."""
     return share(mug_folder / "mug.toml")
+
+
+@pytest.fixture
+def enter(page: Page, mug_server: Server) -> Enter:
+    """Puts the headset on and goes in to the mug; nothing is touched yet."""
+
+    def inside(noise: float = 0.0, said: tuple[str, ...] = (), **options: Any) -> Person:
+        page.set_viewport_size({"width": 1280, "height": 640})
+        headset = Headset(page, **options)
+        headset.open(mug_server.url)
+        headset.enter(*said)
+        return Person(headset, RealProp(tw.load_scene(mug_server.path).props[0]), noise)
+
+    return inside

@@ -42,6 +42,31 @@
     };
   }
 
+  // The emulator knows of no bounds: those of a test, with the frame that they are given in.
+  const { bounds } = window.headsetOptions;
+  const sessions = IWER.XRSession.prototype;
+  const { requestReferenceSpace } = sessions;
+  sessions.requestReferenceSpace = async function (type) {
+    const space = await requestReferenceSpace.call(this, type);
+    if (type === "bounded-floor" && bounds) {
+      space[IWER.P_SPACE].offsetMatrix.set(bounds.matrix);
+      space.boundsGeometry = bounds.outline.map(([x, z]) => new DOMPointReadOnly(x, 0, z, 1));
+    }
+    return space;
+  };
+
+  // A controller that is fixed to a prop, which this emulator does not track beside hands.
+  const controller = device.controllers.left.inputSource;
+  Object.defineProperty(sessions, "trackedSources", {
+    get() {
+      if (!window.headset.grip) return [];
+      const space = controller.gripSpace[IWER.P_SPACE];
+      space.offsetMatrix.set(window.headset.grip);
+      space.emulated = false; // it is truly seen
+      return [controller];
+    },
+  });
+
   // A joint that is lost has no pose, which the emulator never says of its own accord.
   const lost = new Set();
   const frames = IWER.XRFrame.prototype;
@@ -77,6 +102,8 @@
   window.headset = {
     device,
     lost,
+    /** T_room_grip of the controller that is fixed to a prop, column-major; null while none is tracked. */
+    grip: null,
     /** The real clock, ms. */
     now: real.now,
     takeClock() {

@@ -43,11 +43,15 @@ class Headset:
             rows = self.page.evaluate(f"headset.relaxed('{side}')")
             self.relaxed[side] = np.reshape(rows, (25, 4, 4)).transpose(0, 2, 1)
 
-    def enter(self) -> None:
-        """Go through the page before the headset, and in."""
+    def enter(self, *said: str) -> None:
+        """Go through the page before the headset, and in.
+
+        Args:
+            said: what else is ticked there, as selectors of its inputs.
+        """
         self.page.click("#enter-xr")
-        for name in ("clear", "empty"):
-            self.page.check(f".preflight input[name={name}]")
+        for choice in ("[name=clear]", "[name=empty]", *said):
+            self.page.check(f".preflight input{choice}")
         self.page.click(".preflight .enter")
         self.page.wait_for_selector("#enter-xr:disabled")
         self._await("window.touchwarpProbe?.session.phase === 'calibrate'")
@@ -106,6 +110,14 @@ class Headset:
         place = np.array(self.probe(f"{middle}.toArray()"))
         out = np.array(self.probe("it.room.panel.getWorldDirection(it.head.clone()).toArray()"))
         approach = [place + away * out for away in (0.06, 0.03, 0.01, -0.005, 0.03, 0.06)]
+        self.step([{"right": self.hand_at("right", tip, -out)} for tip in approach])
+
+    def poke_last(self, label: str) -> None:
+        """Push a button that ends the session: the hand has no frames to go back in."""
+        middle = f"it.room.panel.localToWorld(it.room.panel.middleOf({label!r}).clone())"
+        place = np.array(self.probe(f"{middle}.toArray()"))
+        out = np.array(self.probe("it.room.panel.getWorldDirection(it.head.clone()).toArray()"))
+        approach = [place + away * out for away in (0.06, 0.03, 0.01, -0.005)]
         self.step([{"right": self.hand_at("right", tip, -out)} for tip in approach])
 
     def hand_at(

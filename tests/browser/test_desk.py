@@ -64,7 +64,11 @@ def test_what_people_notice_is_marked_on_the_scale(page: Page, mug_server: Serve
     page.get_by_text("Where these come from").click()
     expect(page.locator(".sources p").first).to_be_visible()
     page.get_by_text("Contact error", exact=True).click()
-    expect(page.locator(".legend[data-field=error] .marks")).to_contain_text("tolerance")
+    marks = page.locator(".legend[data-field=error] .marks")
+    expect(marks).to_contain_text("tolerance")
+    expect(marks).to_contain_text("52 mm along the surface: fingertip offset in contact: JND")
+    expect(marks).to_contain_text("? off the surface: no number, but noticed far sooner")
+    expect(page.locator("#panel")).to_contain_text("|f − g|: how far the displayed finger is")
 
 
 def test_the_probe_touches_and_tells_the_mismatch(page: Page, ball_server: Server) -> None:
@@ -221,6 +225,12 @@ def test_a_line_of_the_certificate_leads_to_its_place(
     page.screenshot(path=screenshots / "place.png")
     line.click()
     wait_for(page, ".pane.felt", lambda felt: is_pink(felt).mean() == 0.0, "it is still there")
+    # one that has no place says why
+    line.click()
+    page.locator("[data-check='contact.mean']").click()
+    expect(page.locator(".why")).to_contain_text("No one place: it is a mean over")
+    wait_for(page, ".pane.felt", lambda felt: is_pink(felt).mean() == 0.0, "it is still there")
+    assert page.locator(".check:disabled").count() == 0
 
 
 @pytest.mark.parametrize("width", [1440, 820, 390])

@@ -7,17 +7,21 @@ import http.server
 import itertools
 import json
 import threading
-from collections.abc import Callable
+import zipfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
 from playwright.sync_api import Page, WebSocketRoute, expect
+from pyarrow import csv
 
 import touchwarp as tw
 from tests.browser.desk import at, expect_lost_server, open_page, wait_until, whole_warp
 from tests.browser.server import Server
 from touchwarp.live.export import export_page
+from touchwarp.live.recordings import RecordingStore
 
 Serve = Callable[[Path], Server]
 
@@ -151,6 +155,43 @@ def surface_points(scene: tw.Scene) -> np.ndarray:
     return np.asarray(scene.props[0].surface.vertices)
 
 
+def test_a_deleted_participant_s_page_forgets_what_it_has(
+    page: Page, serve: Serve, ball: Path
+) -> None:
+    """Deleted while the server is away: chunks that the page brings later bring nothing back."""
+    page.expected_errors.append("WebSocket connection")  # type: ignore[attr-defined]
+    server = serve(ball)
+    open_page(page, server.url)
+    begin(page, "P13")
+    wander(page, 20)
+    wait_until(page, (server.recordings / "P13").exists, "nothing is recorded")
+    server.stop(at_once=True)
+    expect(page.locator(".failure")).to_contain_text("server is gone")
+    wander(page, 20)
+    RecordingStore(server.recordings).delete("P13")
+    server.start()
+    expect(page.locator(".deleted")).to_contain_text("P13 was deleted on the server")
+    expect(page.locator(".recording")).to_have_count(0)
+    assert not (server.recordings / "P13").exists()
+    wait_until(page, lambda: kept(page) == [], "the page keeps chunks of who was deleted")
+    begin(page, "P14")  # another is recorded, and nothing of the first comes along
+    wander(page, 10)
+    page.locator("button[name=stop-recording]").click()
+    expect(page.locator(".deleted")).to_have_count(0)
+    wait_until(page, (server.recordings / "P14").exists, "P14 is not recorded")
+    assert not (server.recordings / "P13").exists()
+
+
+def kept(page: Page) -> list[str]:
+    """Names of what the page keeps of recordings on its device."""
+    names: list[str] = page.evaluate(
+        "() => new Promise((done) => { indexedDB.open('touchwarp-recordings').onsuccess = (e) =>"
+        " { const all = e.target.result.transaction('kept').objectStore('kept').getAllKeys();"
+        " all.onsuccess = () => { e.target.result.close(); done(all.result); }; }; })"
+    )
+    return names
+
+
 def test_a_recording_is_replayed(page: Page, ball_server: Server) -> None:
     open_page(page, ball_server.url)
     begin(page, "P8")
@@ -200,13 +241,8 @@ def test_a_recording_is_replayed_once_the_server_has_all_of_it(
 def test_an_exported_page_keeps_recordings_on_the_device(
     page: Page, ball: Path, tmp_path: Path
 ) -> None:
-    export_page(ball, tmp_path / "exported", lambda step, done: None)
-    handler = functools.partial(QuietHandler, directory=str(tmp_path / "exported"))
-    host = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
-    thread = threading.Thread(target=host.serve_forever)
-    thread.start()
-    try:
-        open_page(page, f"http://127.0.0.1:{host.server_address[1]}/")
+    with exported(ball, tmp_path / "exported") as url:
+        open_page(page, url)
         expect(page.locator("input[name=weight]")).to_be_disabled()
         page.locator("button[name=record]").click()
         expect(page.locator("dialog")).to_contain_text("stay on this device")
@@ -217,12 +253,14 @@ def test_an_exported_page_keeps_recordings_on_the_device(
         page.locator("button[name=stop-recording]").click()
         with page.expect_download() as download:
             page.locator("button[name=save-recording]").click()
-        lines = Path(download.value.path()).read_text().splitlines()
-        assert lines[0].startswith("chunk,warp,time_ms,hand")
-        assert len(lines) > 5
-        assert {line.count(",") for line in lines} == {lines[0].count(",")}
+        with zipfile.ZipFile(download.value.path()) as saved:
+            table = csv.read_csv(saved.open("recording.csv"))
+            about = json.loads(saved.read("about.json"))
+        assert table.column_names[:2] == ["time_ms", "hand"]
+        assert len(table) > 4
+        assert about["participant"] == "P9"
         state = json.loads((tmp_path / "exported" / "boot.json").read_text())
-        assert lines[1].split(",")[1] == state["warp"]["identity"]
+        assert set(table["warp"].to_pylist()) == {state["warp"]["identity"]}
         page.locator("button[name=delete-recording]").click()
         page.locator("button[name=delete]").click()
         expect(page.locator("button[name=save-recording]")).to_have_count(0)
@@ -230,6 +268,18 @@ def test_an_exported_page_keeps_recordings_on_the_device(
         page.wait_for_selector("body[data-ready]")
         expect(page.locator("button[name=record]")).to_be_visible()
         expect(page.locator("button[name=save-recording]")).to_have_count(0)
+
+
+@contextmanager
+def exported(path: Path, folder: Path) -> Iterator[str]:
+    """The address of a scene's exported page, on a web host that knows nothing of touchwarp."""
+    export_page(path, folder, lambda step, done: None)
+    handler = functools.partial(QuietHandler, directory=str(folder))
+    host = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
+    thread = threading.Thread(target=host.serve_forever)
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{host.server_address[1]}/"
     finally:
         host.shutdown()
         host.server_close()

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
-import pytest
-from playwright.sync_api import Page
 
-import touchwarp as tw
+from tests.browser.conftest import Enter
 from tests.browser.desk import wait_until
 from tests.browser.headset import RADIUS, TIPS, Headset
 from tests.browser.person import AWAY, REST, Person, RealProp, touchable
@@ -19,24 +16,6 @@ from tests.browser.server import Server
 
 GOAL = np.diag([1.2, 1.2, 0.6, 1.0])
 GOAL[0, 3] = 0.015
-
-
-Enter = Callable[..., Person]
-
-
-@pytest.fixture
-def enter(page: Page, mug_server: Server) -> Enter:
-    """Puts the headset on and goes in; nothing is touched yet."""
-
-    def inside(noise: float = 0.0, **options: Any) -> Person:
-        page.set_viewport_size({"width": 1280, "height": 640})
-        headset = Headset(page, **options)
-        headset.open(mug_server.url)
-        headset.enter()
-        mug = RealProp(tw.load_scene(mug_server.path).props[0])
-        return Person(headset, mug, noise)
-
-    return inside
 
 
 def found_pose(headset: Headset) -> np.ndarray:

@@ -166,6 +166,8 @@ def test_two_props_are_solved_for_where_they_really_stand(
     assert headset.probe("it.room.panel.content.title") == "Where is the other mug?"
     other.rub()
     assert headset.probe("it.session.phase") == "resolve"
+    one.rest(0.1)
+    assert headset.probe("it.calibrators.map(({ anchored }) => anchored.held)") == [True, True]
     one.rest(0.2)
     server.stop(at_once=True)
     one.rest(0.2)

@@ -123,3 +123,7 @@ def test_the_other_preset_is_told_for_comparison() -> None:
     checks = named(check_budget(case_of(scene, Still())))
     assert "with “markers” it would be" in checks["budget.gap"].detail
     assert checks["budget.gap"].value > 5.0
+    low, high = scene.props[0].surface.vertices.min(0), scene.props[0].surface.vertices.max(0)
+    for name in ("budget.gap", "budget.bias", "budget.gain"):
+        where = np.array(checks[name].where)
+        assert ((where >= low - 1e-9) & (where <= high + 1e-9)).all()

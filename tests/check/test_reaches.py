@@ -50,6 +50,8 @@ def test_a_slowed_reach_warns() -> None:
     # straight on: 300 mm of the 350 mm are shown; aslant reaches see a little less of it
     assert low.value == pytest.approx(300 / 350, abs=0.03)
     assert checks["reach.slowest"].value == pytest.approx(0.5, abs=0.02)
+    # it is slow within 150 mm of the centre, and there the line leads
+    assert np.linalg.norm(checks["reach.slowest"].where) < 0.15
     assert checks["reach.jump"].value == pytest.approx(0.5, rel=0.15)
 
 

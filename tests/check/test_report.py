@@ -181,3 +181,13 @@ def test_progress_names_the_families() -> None:
     )
     assert steps[0] == ("checking contact", 0.0)
     assert [d for _, d in steps] == sorted(d for _, d in steps)
+
+
+def test_a_line_without_a_place_says_why() -> None:
+    mean = measured("a.mean", "A mean", 1.0, whole="a mean over the whole surface")
+    assert mean.nowhere_text == "No one place: it is a mean over the whole surface."
+    assert measured("a.most", "A greatest", 0.0, where=(0.0, 0.0)).nowhere_text == (
+        "No place: it is 0 wherever it was looked for."
+    )
+    assert unmeasured("a.most", "A greatest").nowhere_text == "No place: it was not measured."
+    assert measured("a.most", "A greatest", 1.0, where=(0.0, 0.0)).nowhere_text == ""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.check.case import Case, Finding, PropCase
-from touchwarp.check.report import Check, measured
+from touchwarp.check.report import Check, measured, place
 from touchwarp.goals.surface_samples import face_normals
 from touchwarp.scene.interaction import TRACKING_PRESETS, Tracking
 
@@ -42,8 +42,8 @@ def check_budget(case: Case) -> Finding:
     tracking = case.scene.interaction.tracking
     assert isinstance(tracking, Tracking)
     other = "headset_hands" if tracking.name == "markers" else "markers"
-    gaps = _gaps(case, tracking)
-    compared = _gaps(case, TRACKING_PRESETS[other])["all"]
+    gaps, touched = _gaps(case, tracking)
+    compared = _gaps(case, TRACKING_PRESETS[other])[0]["all"]
     speed = HAND_SPEED[case.scene.interaction.mode]
     total = gaps["all"]
     checks: list[Check] = [
@@ -53,6 +53,7 @@ def check_budget(case: Case) -> Finding:
             1e3 * float(np.quantile(total, 0.95)),
             "mm",
             group="told",
+            where=_where(touched, total, 0.95),
             detail=f"Tracking “{tracking.name}”: bias {tracking.bias_mm:g} mm, noise "
             f"{tracking.noise_mm:g} mm, latency {tracking.latency_ms:g} ms at {speed:g} m/s, pose "
             f"{tracking.pose_mm:g} mm and {tracking.pose_deg:g}°. The median is "
@@ -72,10 +73,11 @@ def check_budget(case: Case) -> Finding:
                 1e3 * float(np.quantile(gaps[cause], 0.95)),
                 "mm",
                 group="told",
+                where=_where(touched, gaps[cause], 0.95),
                 detail=f"The median is {1e3 * float(np.median(gaps[cause])):.2g} mm.",
             )
         )
-    through = _comes_through(case)
+    through, looked_at = _comes_through(case)
     checks.append(
         measured(
             "budget.gain",
@@ -83,6 +85,7 @@ def check_budget(case: Case) -> Finding:
             float(np.median(through)),
             "mm",
             group="told",
+            where=_where(looked_at, through, 0.5),
             detail="|∂fᵀ n| just outside the surface, n the virtual surface's normal; the 95th "
             f"percentile is {float(np.quantile(through, 0.95)):.2g} mm.",
         )
@@ -90,14 +93,22 @@ def check_budget(case: Case) -> Finding:
     return Finding(checks, {"gaps": gaps, "compared": compared, "other": other})
 
 
-def _gaps(case: Case, tracking: Tracking) -> dict[str, Float]:
-    """By cause, (n,) m: distances from the displayed fingertip to the virtual surface."""
+def _where(points: Float, values: Float, share: float) -> tuple[float, ...]:
+    """A place where the value is about that of the quantile."""
+    return place(points, np.abs(values - np.quantile(values, share)).argmin())
+
+
+def _gaps(case: Case, tracking: Tracking) -> tuple[dict[str, Float], Float]:
+    """By cause, (n,) m: distances from the displayed fingertip to the virtual surface; and the
+    places (n, d) m of the prop that are touched."""
     gaps: dict[str, list[Float]] = {cause: [] for cause in CAUSES}
+    touched = []
     for prop in case.props:
         rng = case.random("budget " + prop.name)
         count = CONTACTS // len(case.props)
         taken = rng.integers(len(prop.samples.points), size=count)
         points = prop.samples.points[taken]
+        touched.append(points)
         errors = _tracking_errors(case, prop, tracking, taken, rng)
         errors["all"] = np.sum(list(errors.values()), axis=0)
         errors["table"] = np.zeros_like(points)
@@ -105,7 +116,8 @@ def _gaps(case: Case, tracking: Tracking) -> dict[str, Float]:
             shown = case.warp(points + errors[cause])
             distance, _, _ = prop.virtual.nearest(np.nan_to_num(shown))
             gaps[cause].append(np.where(np.isfinite(shown).all(axis=1), distance, np.inf))
-    return {cause: np.concatenate(parts) for cause, parts in gaps.items()}
+    by_cause = {cause: np.concatenate(parts) for cause, parts in gaps.items()}
+    return by_cause, np.concatenate(touched)
 
 
 def _tracking_errors(
@@ -144,9 +156,10 @@ def _tracking_errors(
     }
 
 
-def _comes_through(case: Case) -> Float:
-    """(n,) |∂fᵀ n|: how much of an error of any direction moves the displayed skin off."""
-    parts = []
+def _comes_through(case: Case) -> tuple[Float, Float]:
+    """(n,) |∂fᵀ n|: how much of an error of any direction moves the displayed skin off; and where,
+    (n, d) m."""
+    parts, places = [], []
     for prop in case.props:
         step = max(1, len(prop.samples.points) // CONTACTS)
         outward = prop.body.outward * prop.samples.normals[::step]
@@ -154,7 +167,8 @@ def _comes_through(case: Case) -> Float:
         faces = prop.goal.faces[prop.samples.face[::step]]
         normal = face_normals(prop.goal.virtual_points, faces)
         parts.append(np.linalg.norm(np.einsum("nij,ni->nj", slopes, normal), axis=1))
-    return np.concatenate(parts)
+        places.append(prop.samples.points[::step])
+    return np.concatenate(parts), np.concatenate(places)
 
 
 def _unit(v: Float) -> Float:

@@ -78,6 +78,7 @@ def _area_checks(case: Case, prop: PropCase, error: Float, tube: NDArray[np.bool
             "mm",
             limit=MEAN_SHARE * tolerance_mm,
             subject=prop.name,
+            whole="a mean over the whole surface",
             detail=f"|f − g| over {len(error):,} samples of the surface, uniform in area.",
             source=f"{MEAN_SHARE:g} × {_SOURCE}",
         ),
@@ -141,6 +142,7 @@ def _edge_checks(case: Case, prop: PropCase, points: Float, error: Float) -> lis
         return []
     rims = int(prop.edges.rim.sum())
     worst = int(error.argmax())
+    p99 = float(np.quantile(error, 0.99))
     length = 1e3 * float(prop.edges.length.sum())
     what = f"{len(prop.edges.ends):,} edges that turn by more than 30°"
     if case.dimension == 3:
@@ -149,11 +151,12 @@ def _edge_checks(case: Case, prop: PropCase, points: Float, error: Float) -> lis
         measured(
             "edges.p99",
             "Contact error on sharp edges, 99th percentile",
-            1e3 * float(np.quantile(error, 0.99)),
+            1e3 * p99,
             "mm",
             limit=MAX_FACTOR * 1e3 * case.tolerance,
             group="judged",
             subject=prop.name,
+            where=place(points, np.abs(error - p99).argmin()),
             detail=f"{len(error):,} samples, uniform in length, of {what}.",
             source=f"{MAX_FACTOR:g} × {_SOURCE}",
         ),

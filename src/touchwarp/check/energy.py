@@ -29,6 +29,7 @@ def check_energy(case: Case) -> Finding:
                 "Mismatch weight λ",
                 weight,
                 group="told",
+                whole="a choice for the whole scene",
                 detail=f"λ/L² = {case.screening:.4g} m⁻² with "
                 f"L = {1e3 * case.scene.objective.length_scale:g} mm. 0 is the smoothest warp; "
                 "larger values keep the mismatch close to the props.",
@@ -40,6 +41,7 @@ def check_energy(case: Case) -> Finding:
                 1e15 * mismatch if solid else 1e12 * mismatch,
                 "mm⁵" if solid else "mm⁴",
                 group="told",
+                whole="an integral over Ω",
                 detail=f"∫Ω |f − x|²: rms {1e3 * np.sqrt(mismatch / volume):.3g} mm over Ω, "
                 f"{1e3 * volume:.3g} l."
                 if solid
@@ -52,6 +54,7 @@ def check_energy(case: Case) -> Finding:
                 1e9 * distortion if solid else 1e6 * distortion,
                 "mm³" if solid else "mm²",
                 group="told",
+                whole="an integral over Ω",
                 detail=f"Σ ∫Ω |∇(f − x)|², to about {100 * noise:.1g} %.",
                 source="eq. 4, β = 2",
             ),

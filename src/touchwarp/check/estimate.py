@@ -7,6 +7,8 @@ import numpy as np
 from touchwarp.check.case import Case, Finding
 from touchwarp.check.report import Check, measured, unmeasured
 
+KEPT_BY_SOLVER = "the greatest that the solver found, which keeps no place of it"
+
 
 def check_estimate(case: Case) -> Finding:
     """What the warp says of its own error; a warp that says nothing stays "unknown"."""
@@ -34,6 +36,7 @@ def check_estimate(case: Case) -> Finding:
             greatest,
             "mm",
             limit=1e3 * case.tolerance,
+            whole=KEPT_BY_SOLVER,
             detail=detail,
             source="tolerance of the scene",
         )
@@ -55,6 +58,7 @@ def _told_by_solution(case: Case) -> list[Check]:
                 at_edges,
                 "mm",
                 group="told",
+                whole=KEPT_BY_SOLVER,
                 detail="Within the edge radius, where the exact warp is singular."
                 + (" The finest level was capped there." if capped else ""),
             )
@@ -68,6 +72,7 @@ def _told_by_solution(case: Case) -> list[Check]:
                 contradiction,
                 "mm",
                 group="told",
+                whole=KEPT_BY_SOLVER,
                 detail="Where a prop meets what is fixed; one is blended into the other there.",
             )
         )

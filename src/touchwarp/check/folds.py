@@ -43,9 +43,10 @@ def check_folds(case: Case) -> Finding:
             scale * volume,
             unit,
             group="told",
+            where=place(all_points, least),
             detail=f"Where det ∂f < 0, {share:.2g} % of Ω; from {len(det):,} sample points, the "
             f"densest {1e3 * float(probes.side.min()):.2g} mm apart. A fold shows two places "
-            "as one.",
+            "as one. Shown is where det ∂f is least.",
         ),
         measured(
             "folds.reach",

@@ -82,6 +82,7 @@ def _promises(
             group="told" if partial else "hard",
             subject=name,
             where=place(coverage.points, missed[len(missed) // 2]) if len(missed) else None,
+            whole="all of it, without a gap",
             detail=f"Of {len(coverage.points):,} points of the virtual surface, those whose "
             "normal meets the image within 1 % of the object's diagonal; the place is on the "
             "virtual object.",
@@ -93,6 +94,7 @@ def _promises(
             "×",
             limit=MOST_LAYERS,
             subject=name,
+            whole="a ratio of whole areas",
             detail="An image that covers the surface twice has 2, though no face of it may be "
             "flipped.",
         ),
@@ -103,6 +105,7 @@ def _promises(
             "mm",
             limit=tolerance_mm if rounded else ON_SURFACE_MM,
             subject=name,
+            where=place(goal.prop_points, measures.vertex_distance.argmax()),
             detail="Images of the vertices alone.",
             source="tolerance of the scene" if rounded else "rounding",
         ),
@@ -223,6 +226,7 @@ def _sharp_edge_checks(measures: MapMeasures, name: str) -> list[Check]:
                 "mm",
                 group="judged",
                 subject=name,
+                whole="a mean over all edges",
                 detail=f"Of those that have a partner {beyond}.",
             )
         )
@@ -240,6 +244,7 @@ def _told(measures: MapMeasures, numbers: dict[str, float], name: str) -> list[C
             limit=AREA_STD if promised else None,
             group="hard" if promised else "told",
             subject=name,
+            whole="a spread over the whole surface",
             detail="Standard deviation, by area, of each face's ratio over that of the whole, "
             f"{numbers['area_scale']:.3g}; 98 % of the surface lies between "
             f"{numbers['area_least']:.2g} and {numbers['area_greatest']:.2g}.",
@@ -251,6 +256,7 @@ def _told(measures: MapMeasures, numbers: dict[str, float], name: str) -> list[C
             "mm",
             group="told",
             subject=name,
+            whole="a mean over the whole surface",
             detail="The greatest is judged as the offset in contact.",
         ),
         measured(
@@ -270,6 +276,7 @@ def _told(measures: MapMeasures, numbers: dict[str, float], name: str) -> list[C
             "m⁻²",
             group="told",
             subject=name,
+            whole="a mean over the whole surface",
             detail=f"|seen − felt|, {_FINGERTIP}.",
         ),
         measured(
@@ -278,6 +285,7 @@ def _told(measures: MapMeasures, numbers: dict[str, float], name: str) -> list[C
             numbers["smoothness"],
             group="told",
             subject=name,
+            whole="a mean over the whole surface",
             detail="Over the prop's surface; 0 for a translation, (s − 1)² · 2 for a scale of s.",
         ),
         measured(
@@ -286,6 +294,7 @@ def _told(measures: MapMeasures, numbers: dict[str, float], name: str) -> list[C
             numbers["smoothness_inverse"],
             group="told",
             subject=name,
+            whole="a mean over the whole surface",
             detail="Over the image; not finite where a face is flattened.",
         ),
     ]

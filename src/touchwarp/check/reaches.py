@@ -47,7 +47,10 @@ def check_reaches(case: Case) -> Finding:
     ratio = np.linalg.norm(shown, axis=1) / length
     cosine = np.einsum("ij,ij->i", real, shown) / (length**2 * np.maximum(ratio, 1e-12))
     turn = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
-    speed, jump, jump_at = _along(case, starts, ends)
+    speed, middles, jump, jump_at = _along(case, starts, ends)
+    slowest, fastest = speed.min(axis=1), speed.max(axis=1)
+    slow, fast = float(np.quantile(slowest, 0.01)), float(np.quantile(fastest, 0.99))
+    slow_reach, fast_reach = np.abs(slowest - slow).argmin(), np.abs(fastest - fast).argmin()
     low, high = np.quantile(ratio, 0.05), np.quantile(ratio, 0.95)
     steep = float(np.quantile(turn, 0.95))
     assert isinstance(REACH_GAIN.limit, tuple)
@@ -86,18 +89,20 @@ def check_reaches(case: Case) -> Finding:
         measured(
             "reach.slowest",
             "Least speed ratio along a reach, 1st percentile",
-            float(np.quantile(speed.min(axis=1), 0.01)),
+            slow,
             "×",
             group="judged",
+            where=place(middles[slow_reach], speed[slow_reach].argmin()),
             detail="Displayed over real speed, step by step. A slowed hand is noticed more than a "
             "quickened one; no number is known for a part of a reach.",
         ),
         measured(
             "reach.fastest",
             "Greatest speed ratio along a reach, 99th percentile",
-            float(np.quantile(speed.max(axis=1), 0.99)),
+            fast,
             "×",
             group="judged",
+            where=place(middles[fast_reach], speed[fast_reach].argmax()),
             detail="Displayed over real speed, step by step; no number is known for a part of a "
             "reach.",
         ),
@@ -162,8 +167,9 @@ def _reaches(case: Case) -> tuple[Float, Float]:
     return starts[free][:KEPT], ends[free][:KEPT]
 
 
-def _along(case: Case, starts: Float, ends: Float) -> tuple[Float, Float, Float]:
-    """Speed ratio (n, steps), largest velocity jump (n,) and its place (n, d) of each reach."""
+def _along(case: Case, starts: Float, ends: Float) -> tuple[Float, Float, Float, Float]:
+    """Speed ratio (n, steps) of each reach, the steps' middles (n, steps, d), and the largest
+    velocity jump (n,) with its place (n, d)."""
     length = np.linalg.norm(ends - starts, axis=1)
     count = int(np.ceil(length.max() / STEP))
     t = np.linspace(0.0, 1.0, count + 1)
@@ -177,4 +183,5 @@ def _along(case: Case, starts: Float, ends: Float) -> tuple[Float, Float, Float]
     jump = np.linalg.norm(np.diff(velocity, axis=1), axis=2)
     at = jump.argmax(axis=1)
     rows = np.arange(len(starts))
-    return speed, jump[rows, at], path[rows, at]
+    middles = 0.5 * (path[:, 1:] + path[:, :-1])
+    return speed, middles, jump[rows, at], path[rows, at]

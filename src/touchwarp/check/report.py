@@ -39,6 +39,7 @@ class Check:
         group: "hard" checks can fail, "judged" ones warn, "told" ones only inform.
         subject: the prop or fixed surface it is about; "" for the whole warp.
         where: (d,) m, scene frame: where the value was found, or None.
+        whole: of what the value is a mean, a sum or a property, so that it has no one place.
         detail: a sentence on how it was measured or what it means.
         condition: under which conditions the limit was found, for limits from studies.
         source: where the limit comes from.
@@ -53,6 +54,7 @@ class Check:
     group: Group
     subject: str = ""
     where: tuple[float, ...] | None = None
+    whole: str = ""
     detail: str = ""
     condition: str = ""
     source: str = ""
@@ -84,6 +86,17 @@ class Check:
         if self.where is None:
             return ""
         return "(" + ", ".join(f"{1e3 * c:.1f}" for c in self.where) + ") mm"
+
+    @property
+    def nowhere_text(self) -> str:
+        """Why it has no place; "" where it has one."""
+        if self.where is not None:
+            return ""
+        if self.whole:
+            return f"No one place: it is {self.whole}."
+        if self.value is None:
+            return "No place: it was not measured."
+        return "No place: it is 0 wherever it was looked for."
 
     def as_dict(self) -> dict[str, Any]:
         """What the JSON file holds of it: plain values, None for what is not finite."""

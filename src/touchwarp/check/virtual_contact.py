@@ -46,6 +46,7 @@ def _prop_checks(case: Case, prop: PropCase) -> list[Check]:
             "Distance of contact from the virtual surface, mean",
             1e3 * float(distance.mean()),
             "mm",
+            whole="a mean over the whole surface",
             limit=MEAN_SHARE * tolerance_mm,
             subject=prop.name,
             detail=f"From f to the virtual object's own surface, over {len(points):,} samples, "

@@ -18,7 +18,7 @@ FOLDER = click.option(
 
 @click.group("recordings")
 def recordings_command() -> None:
-    """List what 'touchwarp view' has recorded, or delete all that is of one participant."""
+    """List what 'touchwarp view' has recorded, write it as CSV, or delete what is one person's."""
 
 
 @recordings_command.command("list")
@@ -34,6 +34,31 @@ def list_command(folder: Path) -> None:
         where = recording.whole if recording.ended else f"{recording.folder} (not ended)"
         about = recording.about
         click.echo(f"{recording.participant}  {recording.identifier}  {about['started']}  {where}")
+
+
+@recordings_command.command(
+    "export", epilog="\b\nExample:\n  touchwarp recordings export P7 -o tables"
+)
+@click.argument("participant")
+@FOLDER
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    required=True,
+    metavar="DIR",
+    help="Where the tables go: DIR/RECORDING/recording.csv and about.json.",
+)
+def export_command(participant: str, folder: Path, output: Path) -> None:
+    """Write every recording of PARTICIPANT that has ended as CSV."""
+    from touchwarp.live.csv_files import write_csv
+    from touchwarp.live.recordings import RecordingStore
+
+    for recording in RecordingStore(folder).of(participant):
+        if recording.ended:
+            click.echo(str(write_csv(recording, output / recording.identifier)))
+        else:
+            click.echo(f"{recording.folder} has not ended and is left out.", err=True)
 
 
 @recordings_command.command("delete", epilog="\b\nExample:\n  touchwarp recordings delete P7")

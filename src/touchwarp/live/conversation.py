@@ -22,13 +22,14 @@ from touchwarp.live.messages import (
     BeginRecording,
     ChangeScene,
     ChunkHeader,
+    Deleted,
     EndRecording,
     Finished,
     FromServer,
     Refused,
     SaveScene,
 )
-from touchwarp.live.recordings import RecordingStore
+from touchwarp.live.recordings import DeletedRecordingError, RecordingStore
 from touchwarp.live.workbench import Workbench
 
 _log = logging.getLogger("touchwarp")
@@ -112,17 +113,27 @@ class Hub:
                 self._workbench.change(message)
             case SaveScene():
                 self._workbench.save()
-            case BeginRecording():
-                self._store().begin(message, version("touchwarp"))
-                _log.info("recording %s of %s begins", message.recording, message.participant)
-            case EndRecording():
-                path = self._store().end(message)
-                return Finished(recording=message.recording, path=str(path.parent))
+            case BeginRecording() | EndRecording():
+                try:
+                    return self._record(message)
+                except DeletedRecordingError:
+                    return Deleted(recording=message.recording)
         return None
 
-    def _keep(self, data: bytes) -> Acknowledged:
+    def _record(self, message: BeginRecording | EndRecording) -> Finished | None:
+        if isinstance(message, EndRecording):
+            path = self._store().end(message)
+            return Finished(recording=message.recording, path=str(path.parent))
+        self._store().begin(message, version("touchwarp"))
+        _log.info("recording %s of %s begins", message.recording, message.participant)
+        return None
+
+    def _keep(self, data: bytes) -> Acknowledged | Deleted:
         header, rows = read_chunk(data)
-        self._store().append(header, rows)
+        try:
+            self._store().append(header, rows)
+        except DeletedRecordingError:
+            return Deleted(recording=header.recording)
         return Acknowledged(recording=header.recording, sequence=header.sequence)
 
     def _store(self) -> RecordingStore:

@@ -88,7 +88,7 @@ class WarpFile(Message):
 
 
 class CheckLine(Message):
-    """One line of the certificate; `where` is the place it is about."""
+    """One line of the certificate; `where` is the place it is about, `nowhere` why it has none."""
 
     name: str
     title: str
@@ -98,6 +98,7 @@ class CheckLine(Message):
     value: str
     limit: str
     where: Vector | None
+    nowhere: str
     detail: str
     source: str
 
@@ -111,10 +112,10 @@ class Certificate(Message):
 
 
 class Mark(Message):
-    """A threshold to draw on a colour scale, in the scale's unit."""
+    """A threshold to draw on a colour scale, in the scale's unit; null where no number is known."""
 
     scale: Literal["mismatch", "gain", "error"]
-    value: float
+    value: float | None
     label: str
     source: str
 
@@ -184,6 +185,13 @@ class Finished(Message):
     path: str
 
 
+class Deleted(Message):
+    """A recording was deleted, and nothing more of it is kept: the page forgets what it has."""
+
+    kind: Literal["deleted"] = "deleted"
+    recording: str
+
+
 class Refused(Message):
     """A message of the page's that was not carried out, and why.
 
@@ -195,7 +203,7 @@ class Refused(Message):
     reason: str
 
 
-FromServer = SceneState | Progress | Failed | Saved | Acknowledged | Finished | Refused
+FromServer = SceneState | Progress | Failed | Saved | Acknowledged | Finished | Deleted | Refused
 
 
 # ------------------------------------------------------------------------------ what the page asks

@@ -166,22 +166,30 @@ def state_of(
 def marks() -> tuple[Mark, ...]:
     """What people notice, for the colour scales; each with its source."""
 
-    def at(scale: str, value: float, threshold: Threshold) -> Mark:
+    def at(scale: str, value: float, threshold: Threshold, part: str = "") -> Mark:
         return Mark.model_validate(
             {
                 "scale": scale,
                 "value": value,
-                "label": f"{threshold.quantity}: {threshold.kind}",
+                "label": f"{part}{threshold.quantity}: {threshold.kind}",
                 "source": f"{threshold.condition}; {threshold.source}",
             }
         )
 
     low, high = cast(tuple[float, float], REACH_GAIN.limit)
+    offset = cast(float, FINGERTIP_OFFSET.limit)
     return (
-        at("mismatch", cast(float, FINGERTIP_OFFSET.limit), FINGERTIP_OFFSET),
+        at("mismatch", offset, FINGERTIP_OFFSET),
         at("mismatch", cast(float, HAND_OFFSET.limit), HAND_OFFSET),
         at("gain", low, REACH_GAIN),
         at("gain", high, REACH_GAIN),
+        at("error", offset, FINGERTIP_OFFSET, "along the surface: "),
+        Mark(
+            scale="error",
+            value=None,
+            label="off the surface: no number, but noticed far sooner than an offset",
+            source="visible interpenetration; Burns et al., as Zhao & Follmer, CHI 2018, have it",
+        ),
     )
 
 
@@ -200,6 +208,7 @@ def certificate_of(report: Report, identity: str) -> Certificate:
                 value=c.value_text,
                 limit=c.limit_text,
                 where=None if c.where is None else _vector(c.where),
+                nowhere=c.nowhere_text,
                 detail=c.detail,
                 source=c.source,
             )

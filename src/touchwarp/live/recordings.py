@@ -3,6 +3,7 @@
     FOLDER/PARTICIPANT/RECORDING/about.json           who (pseudonym), when, which columns, notes
     FOLDER/PARTICIPANT/RECORDING/000017.parquet       chunk 17, while the recording goes on
     FOLDER/PARTICIPANT/RECORDING/recording.parquet    all of it, when it has ended
+    FOLDER/.deleted/PARTICIPANT.json                  that a participant's were deleted, and when
 
 A chunk is on disk before it is acknowledged, and writing one again changes nothing, so a page that
 lost its connection repeats what was not acknowledged and nothing is lost or doubled.
@@ -13,6 +14,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import uuid
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +27,7 @@ from numpy.typing import NDArray
 
 from touchwarp.errors import StudyError
 from touchwarp.live.messages import PARTICIPANT, BeginRecording, ChunkHeader, EndRecording
+from touchwarp.live.tombstones import Tombstones
 from touchwarp.outputs import claim_folder, replacing
 
 _ABOUT, _WHOLE = "about.json", "recording.parquet"
@@ -72,17 +75,23 @@ class Recording:
         return names, np.stack([table[name].to_numpy() for name in names], axis=1)
 
 
+class DeletedRecordingError(StudyError):
+    """A page brings more of a recording that has been deleted."""
+
+
 class RecordingStore:
     """The recordings below one folder."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self._tombstones = Tombstones(folder)
 
     def begin(self, begin: BeginRecording, version: str) -> None:
         """Make room for a recording; a repeated call changes nothing.
 
         Raises:
             StudyError: a recording of that name was begun in another way.
+            DeletedRecordingError: it was deleted, or begun before its participant's were.
             OutputError: the folder cannot be written to.
         """
         if len(set(begin.columns)) != len(begin.columns) or not begin.columns:
@@ -98,6 +107,8 @@ class RecordingStore:
             "touchwarp_version": version,
             "columns": list(begin.columns),
         }
+        if self._tombstones.hold_begun(begin.participant, begin.recording, begin.started):
+            raise DeletedRecordingError(_deleted(begin.recording))
         known = self._find(begin.recording)
         if known is not None:
             if {k: known.about.get(k) for k in about} != about:
@@ -119,6 +130,7 @@ class RecordingStore:
 
         Raises:
             StudyError: the recording was not begun, or the rows do not fit its columns.
+            DeletedRecordingError: it was deleted.
             OutputError: the disk is full, or alike.
         """
         recording = self._known(header.recording)
@@ -146,6 +158,7 @@ class RecordingStore:
 
         Raises:
             StudyError: the recording was not begun, or chunks are still missing.
+            DeletedRecordingError: it was deleted.
         """
         recording = self._known(end.recording)
         if recording.ended:
@@ -173,11 +186,11 @@ class RecordingStore:
 
     def all(self) -> Iterator[Recording]:
         """Every recording, by participant and name."""
-        for about in sorted(self.folder.glob(f"*/*/{_ABOUT}")):
+        for about in sorted(self.folder.glob(f"[!.]*/*/{_ABOUT}")):
             yield Recording(about.parent.parent.name, about.parent.name, about.parent)
 
-    def delete(self, participant: str) -> int:
-        """Delete everything of one participant; how many recordings that were.
+    def of(self, participant: str) -> list[Recording]:
+        """Every recording of one participant.
 
         Raises:
             StudyError: there is no such participant.
@@ -188,18 +201,40 @@ class RecordingStore:
                 f"No participant '{participant}' has recordings in {self.folder}; "
                 + (f"there are {', '.join(known)}." if known else "there are none at all.")
             )
-        count = sum(r.participant == participant for r in self.all())
-        shutil.rmtree(self.folder / participant)
-        return count
+        return [r for r in self.all() if r.participant == participant]
+
+    def delete(self, participant: str) -> int:
+        """Delete everything of one participant; how many recordings that were.
+
+        What a page still holds of them is not taken any more, and the page told so.
+
+        Raises:
+            StudyError: there is no such participant.
+        """
+        names = [r.identifier for r in self.of(participant)]
+        self._tombstones.set(participant, names)  # first: a chunk may come at any moment
+        gone = self.folder / f".{participant}.{uuid.uuid4().hex}"
+        (self.folder / participant).rename(gone)  # at once, whatever is being written in it
+        shutil.rmtree(gone)
+        return len(names)
 
     def _find(self, identifier: str) -> Recording | None:
         return next((r for r in self.all() if r.identifier == identifier), None)
 
     def _known(self, identifier: str) -> Recording:
         recording = self._find(identifier)
+        if self._tombstones.hold(identifier):
+            raise DeletedRecordingError(_deleted(identifier))
         if recording is None:
             raise StudyError(f"No recording {identifier} was begun; begin it first.")
         return recording
+
+
+def _deleted(identifier: str) -> str:
+    return (
+        f"The recording {identifier} was deleted with all of its participant's; "
+        "what is left of it on the device is deleted, too."
+    )
 
 
 def _join(chunks: list[Path], whole: Path, about: dict[str, Any]) -> None:

@@ -27,6 +27,7 @@ interface PackedCalibration {
   readonly covariance: { readonly toHand: number[][]; readonly inRoom: number[][] };
   readonly translation95: number[];
   readonly turn95: number;
+  readonly turns95: readonly number[];
   readonly turnAxis: number[];
   readonly rivals: readonly PackedPose[];
   readonly scale: number;
@@ -80,6 +81,7 @@ export function packFinding({ calibration, suggestion, harmless }: Finding): Pac
       },
       translation95: calibration.translation95.toArray(),
       turn95: calibration.turn95,
+      turns95: calibration.turns95,
       turnAxis: calibration.turnAxis.toArray(),
       rivals: calibration.rivals.map(packPose),
       scale: calibration.scale,
@@ -105,6 +107,7 @@ export function unpackFinding({ calibration, suggestion, harmless }: PackedFindi
       },
       translation95: vector(calibration.translation95),
       turn95: calibration.turn95,
+      turns95: calibration.turns95,
       turnAxis: vector(calibration.turnAxis),
       rivals: calibration.rivals.map(unpackPose),
       scale: calibration.scale,

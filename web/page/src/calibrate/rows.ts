@@ -6,8 +6,8 @@ import { type ContactSurface, SurfaceFoot } from "./surface.js";
 /**
  * One scalar equation of a contact: how far the tracked skin is off along `axis`.
  *
- * A freely rubbing finger gives one row (off the surface, along its normal); a named point gives
- * three (along the normal and two tangents).
+ * A finger on the surface gives one row, along the surface's normal there; one that was asked to a
+ * named point gives three more, of how far it is beside that.
  */
 export interface Row {
   contact: Contact;
@@ -42,8 +42,10 @@ export function visitRows(
   for (const contact of contacts) {
     row.contact = contact;
     row.tip.copy(tipOffset).applyQuaternion(contact.turn).negate().add(contact.tip);
-    if (contact.named) visitNamed(contact, pose, pointing, visit);
-    else {
+    if (contact.named) visitNamed(contact, pose, pointing, coarse, visit);
+    // However far beside the place a finger is, it is on the surface: the distance tells that, once
+    // the pose is so near that the nearest surface is the one that is touched.
+    if (!contact.named || !coarse) {
       inProp.subVectors(row.tip, pose.place).applyQuaternion(toProp);
       if (coarse) foot.distance = surface.field.at(inProp, foot.gradient);
       else surface.nearest(inProp, foot);
@@ -59,6 +61,7 @@ function visitNamed(
   contact: Contact,
   pose: Pose,
   pointing: number,
+  coarse: boolean,
   visit: (row: Row) => void,
 ): void {
   const { point, normal } = contact.named!;
@@ -70,7 +73,8 @@ function visitNamed(
   for (const axis of [outward, first, second]) {
     row.axis.copy(axis);
     row.residual = offset.dot(axis);
-    row.aim = axis === outward ? 0 : pointing;
+    // to the side by `pointing`, and on a curved surface lower for that
+    row.aim = axis !== outward ? pointing : coarse ? 0 : pointing / 2;
     visit(row);
   }
 }

@@ -1,5 +1,6 @@
 import { EigenvalueDecomposition, inverse, Matrix } from "ml-matrix";
 import { Vector3 } from "three";
+import { effectiveCount } from "./contact.js";
 import { NormalEquations } from "./normalEquations.js";
 import { turnAxes } from "./pose.js";
 import { type Fit, offsetInformation, rowsAt, rowWeight, type Task } from "./register.js";
@@ -20,6 +21,13 @@ export interface PoseCovariance {
 
 /** A turn of which nothing is known has this standard deviation (uniform over a circle). */
 const UNKNOWN_TURN = Math.PI / Math.sqrt(3);
+/**
+ * By how much errors are greater than this linear theory has them, though its noise lasts longer than
+ * it does: weights that are chosen by the residuals, normals that turn with noise. Measured in
+ * simulated runs: the root mean square of error over stated deviation was 1.08 and 1.17 along the
+ * worst axis of two sets, and with 1.15 an axis held 94.7 % in one of them.
+ */
+const BEYOND_THEORY = 1.25;
 /** A place of which nothing is known is still within arm's reach, m. */
 const UNKNOWN_PLACE = 0.5;
 
@@ -35,7 +43,9 @@ export function poseCovariance(task: Task, fit: Fit): PoseCovariance {
   const axes = turnAxes(task.freedom, task.up);
   const size = 6 + axes.length;
   const { used, bread } = informedRows(task, fit, axes, size);
-  const noise = noiseMeat(used, fit.scale, task, size);
+  // the residuals' own scale is too small by what the fit has taken of it
+  const taken = Math.sqrt(1 + size / degreesOfFreedom(task));
+  const noise = noiseMeat(used, BEYOND_THEORY * taken * fit.scale, task, size);
   for (let i = 0; i < size; i++) {
     noise.set(
       i,
@@ -116,6 +126,27 @@ function priorVariance(task: Task, i: number, size: number): number {
 
 function symmetric(matrix: Matrix): Matrix {
   return Matrix.add(matrix, matrix.transpose()).mul(0.5);
+}
+
+/** Independent samples beyond the unknowns, at least one. */
+export function degreesOfFreedom(task: Task): number {
+  const unknowns = 6 + turnAxes(task.freedom, task.up).length;
+  return Math.max(1, effectiveCount(task.contacts, task.tracking) - unknowns);
+}
+
+/**
+ * How many estimated standard deviations hold 95 %: Student's t, by its expansion about the normal
+ * quantile (Abramowitz and Stegun 26.7.5), within 1 % from four degrees of freedom on.
+ */
+export function studentQuantile95(freedoms: number): number {
+  const z = 1.959964;
+  const n = freedoms;
+  return (
+    z +
+    (z ** 3 + z) / (4 * n) +
+    (5 * z ** 5 + 16 * z ** 3 + 3 * z) / (96 * n ** 2) +
+    (3 * z ** 7 + 19 * z ** 5 + 17 * z ** 3 - 15 * z) / (384 * n ** 3)
+  );
 }
 
 /** The unit axis about which the turn is known least. */

@@ -5,7 +5,7 @@ const ORDER = ["fail", "warn", "unknown", "pass"] as const;
 const WORDS = { fail: "fails", warn: "beware", unknown: "unknown", pass: "holds" } as const;
 const SIGNS = { fail: "✕", warn: "!", unknown: "?", pass: "✓" } as const;
 
-/** The certificate's lines, the worst first; each leads to its place. */
+/** The certificate's lines, the worst first; each leads to its place, or tells why it has none. */
 export function certificatePanel(
   certificate: Certificate | null,
   chosen: CheckLine | null,
@@ -40,8 +40,7 @@ function row(line: CheckLine, chosen: boolean, choose: (line: CheckLine) => void
     <button
       class="check ${line.status} ${chosen ? "chosen" : ""}"
       data-check=${line.name}
-      ?disabled=${line.where === null}
-      title=${line.where === null ? line.detail : `${line.detail} Show the place.`}
+      title="${line.detail} ${line.where === null ? line.nowhere : "Show the place."}"
       @click=${() => choose(line)}
     >
       <i>${SIGNS[line.status]}</i>
@@ -49,6 +48,6 @@ function row(line: CheckLine, chosen: boolean, choose: (line: CheckLine) => void
       <span class="value">${line.value}</span>
       <span class="limit">${line.limit}</span>
     </button>
-    ${chosen ? html`<p class="why">${line.detail} ${line.source ? html`<br />Limit from ${line.source}.` : nothing}</p>` : nothing}
+    ${chosen ? html`<p class="why">${line.detail} ${line.nowhere} ${line.source ? html`<br />Limit from ${line.source}.` : nothing}</p>` : nothing}
   </li>`;
 }

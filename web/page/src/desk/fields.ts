@@ -34,7 +34,8 @@ export const FIELDS: readonly Field[] = [
     name: "error",
     title: "Contact error",
     unit: "mm",
-    explanation: "The gap between the displayed finger and the virtual surface at contact.",
+    explanation:
+      "|f − g|: how far the displayed finger is at contact from where the goal puts it, off the virtual surface and along it together.",
     colour: (share) => interpolateInferno(0.08 + 0.9 * share),
   },
 ];
@@ -127,8 +128,10 @@ export function scaleOf(
     return { low: 0, high: shown, ratio: false };
   }
   high = Math.max(high, 1e-3);
-  const near = marks.filter((mark) => mark.scale === name && LEAST_FILLED * mark.value < high);
-  const farthest = Math.max(0, ...near.map((mark) => 1.08 * mark.value));
+  const near = marks.filter(
+    (mark) => mark.scale === name && LEAST_FILLED * (mark.value ?? Number.POSITIVE_INFINITY) < high,
+  );
+  const farthest = Math.max(0, ...near.map((mark) => 1.08 * mark.value!));
   return { low: 0, high: Math.max(high, farthest), ratio: false };
 }
 

@@ -10,15 +10,20 @@ export function legend(
   tolerance: number,
 ): TemplateResult {
   const own = marks.filter((mark) => mark.scale === field.name);
-  const all =
-    field.name === "error"
-      ? [{ scale: "error", value: tolerance, label: "the scene's tolerance", source: "" } as Mark]
-      : own;
-  const share = (mark: Mark) => shareOf(scale, mark.value);
+  const asked: Mark = {
+    scale: "error",
+    value: tolerance,
+    label: "the scene's tolerance",
+    source: "",
+  };
+  const all = field.name === "error" ? [asked, ...own] : own;
+  const share = (mark: Mark) => (mark.value === null ? Number.NaN : shareOf(scale, mark.value));
   const inside = all.filter((mark) => share(mark) >= 0 && share(mark) <= 1);
   const sources = all.filter((mark) => mark.source);
   const stops = Array.from({ length: 13 }, (_, i) => field.colour(i / 12)).join(", ");
-  const told = (mark: Mark) => `${number(mark.value)} ${field.unit}`;
+  const told = (mark: Mark) => (mark.value === null ? "?" : `${number(mark.value)} ${field.unit}`);
+  const where = (mark: Mark) =>
+    inside.includes(mark) || mark.value === null ? "" : ", beyond this scale";
   return html`<div class="legend" data-field=${field.name}>
     <div class="bar" style="background: linear-gradient(90deg, ${stops})">
       ${inside.map((mark) => html`<b style="left: ${100 * share(mark)}%" title=${mark.label}></b>`)}
@@ -32,7 +37,7 @@ export function legend(
       ${all.map(
         (mark) =>
           html`<li class=${inside.includes(mark) ? "on" : "beyond"}>
-            <b>${told(mark)}</b> ${mark.label}${inside.includes(mark) ? "" : ", beyond this scale"}
+            <b>${told(mark)}</b> ${mark.label}${where(mark)}
           </li>`,
       )}
       ${all.length ? nothing : html`<li class="beyond">no threshold is known</li>`}

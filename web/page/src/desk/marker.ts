@@ -16,13 +16,14 @@ export class Marker extends Mesh<SphereGeometry, MeshBasicMaterial> {
     showIn(this, ALL);
   }
 
-  /** Show a line's place, of objects of this size in m; the line that is shown already, no more. */
+  /** Show a line's place, if it has one, of objects of this size in m; the line that is shown
+   * already, no more. */
   toggle(line: CheckLine, size: number): void {
-    if (this.line === line || line.where === null) {
-      this.hide();
-      return;
-    }
+    const again = this.line === line;
+    this.hide();
+    if (again) return;
     this.line = line;
+    if (line.where === null) return;
     this.visible = true;
     this.position.copy(new Vector3(...line.where));
     this.scale.setScalar(0.018 * size);

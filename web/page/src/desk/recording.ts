@@ -79,6 +79,12 @@ class RecordingControls {
     }
     if (this.#replay !== null) return this.#replayControls(this.#replay);
     return html`
+      ${
+        status.deleted === null
+          ? nothing
+          : html`<p class="deleted" role="status">${status.deleted} was deleted on the server: recording has
+              stopped</p>`
+      }
       ${status.onDevice.map(
         (name) => html`<button name="save-recording" @click=${() => this.#download(name)}>
         Save recording ${name.slice(0, 4)}</button>
@@ -200,9 +206,10 @@ class RecordingControls {
   }
 
   async #download(recording: string): Promise<void> {
+    const { recorder, state } = this.context;
     const link = document.createElement("a");
-    link.href = URL.createObjectURL(await this.context.recorder.asCsv(recording));
-    link.download = `touchwarp-${recording}.csv`;
+    link.href = URL.createObjectURL(await recorder.asFiles(recording, state.version));
+    link.download = `touchwarp-${recording}.zip`;
     link.click();
     URL.revokeObjectURL(link.href);
   }

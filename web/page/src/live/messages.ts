@@ -45,7 +45,7 @@ export interface WarpFile {
   readonly storage_error_mm: number;
 }
 
-/** One line of the certificate; `where` is the place it is about. */
+/** One line of the certificate; `where` is the place it is about, `nowhere` why it has none. */
 export interface CheckLine {
   readonly name: string;
   readonly title: string;
@@ -55,6 +55,7 @@ export interface CheckLine {
   readonly value: string;
   readonly limit: string;
   readonly where: Vector | null;
+  readonly nowhere: string;
   readonly detail: string;
   readonly source: string;
 }
@@ -66,10 +67,10 @@ export interface Certificate {
   readonly checks: readonly CheckLine[];
 }
 
-/** A threshold to draw on a colour scale, in the scale's unit. */
+/** A threshold to draw on a colour scale, in the scale's unit; null where no number is known. */
 export interface Mark {
   readonly scale: "mismatch" | "gain" | "error";
-  readonly value: number;
+  readonly value: number | null;
   readonly label: string;
   readonly source: string;
 }
@@ -133,6 +134,12 @@ export interface Finished {
   readonly path: string;
 }
 
+/** A recording was deleted, and nothing more of it is kept: the page forgets what it has. */
+export interface Deleted {
+  readonly kind: "deleted";
+  readonly recording: string;
+}
+
 /** A message of the page's that was not carried out, and why. */
 export interface Refused {
   readonly kind: "refused";
@@ -180,6 +187,6 @@ export interface ChunkHeader {
   readonly notes?: readonly string[];
 }
 
-export type FromServer = SceneState | Progress | Failed | Saved | Acknowledged | Finished | Refused;
+export type FromServer = SceneState | Progress | Failed | Saved | Acknowledged | Finished | Deleted | Refused;
 
 export type FromPage = ChangeScene | SaveScene | BeginRecording | EndRecording;

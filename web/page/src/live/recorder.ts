@@ -1,5 +1,6 @@
 import type { Connection } from "./connection.js";
 import type { BeginRecording, ChunkHeader, FromServer, Refused } from "./messages.js";
+import { type Part, zipRecording } from "./recording_files.js";
 import { COLUMNS, packChunk, unpackChunk, writeRow } from "./rows.js";
 import { ChunkStore, type Kept } from "./store.js";
 
@@ -15,6 +16,8 @@ export interface RecorderStatus {
   readonly waiting: number;
   /** Recordings that are whole, but not yet with the server. */
   readonly onDevice: readonly string[];
+  /** Whose recording was deleted on the server while it went on, until the next begins. */
+  readonly deleted: string | null;
 }
 
 /**
@@ -34,6 +37,7 @@ export class Recorder {
   #warp = "";
   #waiting = new Set<string>();
   #onDevice: string[] = [];
+  #deleted: string | null = null;
   #release = () => {};
   /** Recordings that this page has made or taken over. */
   #own = new Set<string>();
@@ -65,6 +69,7 @@ export class Recorder {
       rows: this.#rows,
       waiting: this.#waiting.size,
       onDevice: this.#onDevice,
+      deleted: this.#deleted,
     };
   }
 
@@ -87,6 +92,7 @@ export class Recorder {
       device: navigator.userAgent.slice(0, 300),
     };
     this.#begin = begin;
+    this.#deleted = null;
     // while this page records, others of this browser must not take the recording for abandoned
     const held = new Promise<void>((resolve) => (this.#release = resolve));
     void navigator.locks?.request(begin.recording, () => held);
@@ -154,22 +160,19 @@ export class Recorder {
     this.#changed();
   }
 
-  /** A recording kept on this device, as CSV at full precision. */
-  async asCsv(recording: string): Promise<Blob> {
+  /** A recording kept on this device, as `recording.csv` and `about.json` in a zip. */
+  async asFiles(recording: string, version: string): Promise<Blob> {
     await this.#writes; // the last chunk may be on its way into the store
     const begin = await this.#store.get<BeginRecording>(`begin/${recording}`);
-    const columns = begin?.columns ?? COLUMNS;
-    const parts = [`chunk,warp,${columns.join(",")}\n`];
+    if (begin === undefined) throw new Error(`There is no recording ${recording} on this device.`);
+    return zipRecording(begin, version, this.#parts(recording));
+  }
+
+  async *#parts(recording: string): AsyncGenerator<Part> {
     for (const key of await this.#store.keys(`chunk/${recording}/`)) {
       const kept = await this.#store.get<Kept>(key);
-      if (kept === undefined) continue;
-      const { header, numbers } = unpackChunk<ChunkHeader>(kept.bytes);
-      for (let row = 0; row < header.rows; row++) {
-        const values = numbers.subarray(row * columns.length, (row + 1) * columns.length);
-        parts.push(`${header.sequence},${header.warp},${values.join(",")}\n`);
-      }
+      if (kept !== undefined) yield unpackChunk<ChunkHeader>(kept.bytes);
     }
-    return new Blob(parts, { type: "text/csv" });
   }
 
   /** Delete a recording from this device. */
@@ -216,10 +219,22 @@ export class Recorder {
       this.#changed();
     } else if (message.kind === "finished") {
       void this.forget(message.recording);
+    } else if (message.kind === "deleted") {
+      this.#drop(message.recording);
     } else if (message.kind === "refused" && OF_RECORDINGS.includes(message.about)) {
       setTimeout(() => this.#write(() => this.#resend()), this.#patience);
       this.#patience = Math.min(2 * this.#patience, 60_000);
     }
+  }
+
+  /** The server has deleted it for its participant's sake: nothing of it may stay here. */
+  #drop(recording: string): void {
+    if (this.#begin?.recording === recording) {
+      this.#deleted = this.#begin.participant;
+      this.#begin = null;
+      this.#release();
+    }
+    this.#write(() => this.forget(recording)); // after what is still being written
   }
 
   /** Send all that the server has not acknowledged: beginnings, chunks, ends, in this order. */

@@ -1,4 +1,4 @@
-import { HandRetargeter, type Warp } from "touchwarp";
+import { type CarriedWarp, type HandOptions, HandRetargeter, type Warp } from "touchwarp";
 import { FollowedRows, type PlacedSurfaces } from "./nearest.js";
 
 const JOINTS = 25;
@@ -11,6 +11,8 @@ const FIRST = 100;
 /** Farther than this, m, from a prop a fingertip's centre is displayed for itself: with any radius. */
 const RANGE = 0.06;
 const USUAL_RADIUS = 0.008;
+/** The index finger leads a hand that is displayed as one piece. */
+const LEADER = 1;
 
 /**
  * One whole hand as it is displayed, on the desk and in the headset: bones stay rigid, the skin that
@@ -30,11 +32,19 @@ export class DisplayedHand {
   readonly #tips = new Float64Array(15);
   readonly #nearest = new Float64Array(15);
 
-  /** @param onset s from no displacement to all of it. */
-  constructor(placed: PlacedSurfaces, onset?: number) {
+  /**
+   * @param onset s from no displacement to all of it.
+   * @param mode whether all fingertips touch what they should, or one leads a rigid hand.
+   */
+  constructor(
+    placed: PlacedSurfaces,
+    onset?: number,
+    readonly mode: NonNullable<HandOptions["mode"]> = "fingertips",
+  ) {
     this.#surface = new FollowedRows(placed, 5, RANGE);
     const eased = onset === undefined ? {} : { onset };
     this.#retargeter = new HandRetargeter({
+      mode,
       contact: "skin",
       surface: {
         // it asks of the fingertips what has just been looked up to weigh them
@@ -58,6 +68,11 @@ export class DisplayedHand {
     return this.#retargeter.mayClaimContact;
   }
 
+  /** Whether a finger that touches the prop is displayed on the virtual object. */
+  claims(finger: number): boolean {
+    return this.mayClaimContact && (this.mode !== "rigid" || finger === LEADER);
+  }
+
   /** (5) m: how far each displayed fingertip is from where it should be. */
   get tipErrors(): Float64Array {
     return this.#retargeter.tipErrors;
@@ -68,12 +83,17 @@ export class DisplayedHand {
   }
 
   /** The same warp, known better. */
-  replace(warp: Warp): void {
+  replace(warp: Warp | CarriedWarp): void {
     this.#retargeter.replace(warp);
   }
 
   /** One frame; arguments as of `HandRetargeter.update`. */
-  update(warp: Warp | null, poses: Float32Array, radii: Float32Array, time: number): void {
+  update(
+    warp: Warp | CarriedWarp | null,
+    poses: Float32Array,
+    radii: Float32Array,
+    time: number,
+  ): void {
     this.#weigh(poses, radii);
     this.#retargeter.update(warp, poses, radii, time, this.poses);
   }

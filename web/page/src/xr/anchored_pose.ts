@@ -3,21 +3,31 @@ import { Pose } from "../calibrate/pose.js";
 
 /** T_room_scene, held by an anchor of the device where it has them, so that it follows its map. */
 export class AnchoredPose {
-  #pose = new Pose();
+  #pose: Pose;
   #anchor: XRAnchor | null = null;
   /** Whether an anchor is still to be asked for, which only a frame can do. */
   #unheld = false;
   #count = 0;
+
+  /** @param pose to begin with, which nothing holds. */
+  constructor(pose = new Pose()) {
+    this.#pose = pose;
+  }
 
   /** Whether an anchor of the device holds the pose. */
   get held(): boolean {
     return this.#anchor !== null;
   }
 
+  /** The pose as of the last frame. */
+  get pose(): Pose {
+    return this.#pose;
+  }
+
   /** Take a newly found pose. */
   set(pose: Pose): void {
     this.#pose = pose;
-    this.#release();
+    this.release();
     this.#unheld = true;
   }
 
@@ -53,7 +63,8 @@ export class AnchoredPose {
     );
   }
 
-  #release(): void {
+  /** Hold it no more. */
+  release(): void {
     this.#count++;
     this.#anchor?.delete();
     this.#anchor = null;

@@ -23,7 +23,7 @@ export interface AuditedContact {
 /** What a gap is shared out to. */
 export type Cause = "warp" | "calibration" | "tracking" | "latency";
 
-/** What is known of a contact before it is taken apart; m, room frame. */
+/** What is known of a contact before it is taken apart; m, scene frame. */
 export interface SettledContact {
   readonly time: number;
   readonly hand: 0 | 1;
@@ -187,6 +187,12 @@ export class StopDetector {
   #came = -Infinity;
   #contact: { time: number; gap: number } | null = null;
 
+  /** The contact that is settling has been told of by something else. */
+  forget(): void {
+    this.#contact = null;
+    this.#came = -Infinity;
+  }
+
   /**
    * @param skin the tracked skin nearest to the prop, m; NaN when lost
    * @param nearness its distance from the prop's surface, m
@@ -222,8 +228,7 @@ export class StopDetector {
     }
     if (time - this.#contact.time < SETTLE) return null;
     const { time: begun, gap: gapAtContact } = this.#contact;
-    this.#contact = null;
-    this.#came = -Infinity;
+    this.forget();
     return { time: begun, gapAtContact, gapSettled: gap };
   }
 }

@@ -10,8 +10,9 @@ import {
 import { Finder } from "../calibrate/finder.js";
 import type { Suggestion } from "../calibrate/nextTouch.js";
 import { placesToTouch } from "../calibrate/places.js";
-import type { Freedom } from "../calibrate/pose.js";
+import type { Freedom, Pose } from "../calibrate/pose.js";
 import { isFresh, VERIFY_TOUCHES, type Verification, verify } from "../calibrate/verify.js";
+import { AnchoredPose } from "./anchored_pose.js";
 import type { PropModel } from "./prop_model.js";
 
 /** A stroke that stays within this is a touch of one place, m. */
@@ -26,6 +27,8 @@ export type Way = "rub" | "places";
 /** Collects the touches of one prop until it is known where it stands. */
 export class Calibrator {
   calibration: Calibration | null = null;
+  /** T_room_scene as this prop's touches have it, held where the prop stands. */
+  anchored = new AnchoredPose();
   /** Where to touch next; null before there is a first guess. */
   suggestion: Suggestion | null = null;
   /** Whether the pose can be used. */
@@ -86,6 +89,7 @@ export class Calibrator {
     this.#strokes.push(this.#asNamed(stroke) ?? stroke);
     this.#finder.find(trimStrokes(this.#strokes), this.freedom, (finding) => {
       this.calibration = finding.calibration;
+      if (finding.calibration) this.anchored.set(finding.calibration.pose);
       this.suggestion = finding.suggestion;
       this.done = finding.calibration !== null && finding.harmless;
       this.found();
@@ -93,13 +97,13 @@ export class Calibrator {
     return true;
   }
 
-  /** The finger has left the prop: take the stroke as one touch that verifies. */
-  endTouch(): "taken" | "too near another" | "too short" {
+  /** The finger has left the prop: take the stroke as one touch that verifies the scene's pose. */
+  endTouch(pose: Pose): "taken" | "too near another" | "too short" {
     const touch = middleOf(this.#takeStroke());
     if (!touch) return "too short";
     if (!isFresh(this.touches, touch)) return "too near another";
     this.touches.push(touch);
-    const { pose, tipOffset } = this.calibration!;
+    const { tipOffset } = this.calibration!;
     this.verification = verify(this.prop.surface, pose, tipOffset, this.touches);
     return "taken";
   }
@@ -109,8 +113,10 @@ export class Calibrator {
   }
 
   /** Take over what another has found, whose scene this one is of. */
-  adopt(calibration: Calibration): void {
+  adopt({ calibration, anchored }: Calibrator): void {
+    if (calibration === null) return;
     this.calibration = calibration;
+    this.anchored = anchored;
     this.done = true;
   }
 
@@ -123,6 +129,8 @@ export class Calibrator {
   /** Forget all touches. */
   restart(): void {
     this.verifyAnew();
+    this.anchored.release();
+    this.anchored = new AnchoredPose(this.anchored.pose); // one of its own, if it was adopted
     this.#finder.forget();
     this.#strokes = [];
     this.#stroke = [];

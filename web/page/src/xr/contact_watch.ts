@@ -1,4 +1,4 @@
-import { Vector3 } from "three";
+import { Quaternion, Vector3 } from "three";
 import type { Warp } from "touchwarp";
 import { type DisplayedHand, TIPS } from "../world/displayed_hand.js";
 import { type AuditedContact, StopDetector, TOUCHED, TouchAudit } from "./audit.js";
@@ -7,6 +7,8 @@ import type { PlacedProps } from "./prop_model.js";
 
 /** Nearer than this to the prop, a fingertip's skin counts as on it, m. */
 const ON_SURFACE = 0.003;
+/** A finger that is not on the prop within this after an outside signal did not cause it, s. */
+const SIGNAL_LASTS = 0.1;
 
 /** Watches all ten fingertips for contacts, and audits them. */
 export class ContactWatch {
@@ -20,7 +22,7 @@ export class ContactWatch {
     this.audit.restart();
   }
 
-  /** An outside signal (a touch sensor on the prop, say) tells of a contact now. */
+  /** An outside signal (a touch sensor on the prop, say) tells of a contact at `time`, s. */
   signal(time: number): void {
     this.#outside = time;
   }
@@ -37,6 +39,7 @@ export class ContactWatch {
     warp: Warp | null,
   ): number {
     this.fresh = [];
+    if (this.#outside !== null && time - this.#outside > SIGNAL_LASTS) this.#outside = null;
     if (!input.tracked || placed.props.length === 0) return 0;
     const { gaps, normals } = displayed;
     let least = Number.POSITIVE_INFINITY;
@@ -58,19 +61,21 @@ export class ContactWatch {
       skin.copy(real).addScaledVector(normal.fromArray(normals, 3 * finger), -radius);
       const detector = this.#detectors[tip]!;
       const stop = detector.update(time, skin, nearness, gap, leads);
-      if (!warp || !displayed.mayClaimContact) continue;
+      if (!warp || !displayed.claims(finger)) continue;
       const told = this.#outside !== null && leads && touching & (1 << finger);
       if (!stop && !told) continue;
+      if (told) detector.forget(); // the same contact is not to be told again once it has settled
       const felt = placed.felt(real);
       felt.point.toArray(place);
       warp.displayed(place, place);
       this.fresh.push(
         this.audit.add({
-          time: stop?.time ?? time,
+          time: stop?.time ?? this.#outside ?? time,
           hand: input.side,
           finger,
           signal: stop ? "stopped" : "outside",
-          normal: outward.clone(),
+          // a prop that is carried takes its shift along
+          normal: outward.clone().applyQuaternion(unturned.copy(placed.pose.turn).invert()),
           gapAtContact: stop?.gapAtContact ?? gap,
           gapSettled: stop?.gapSettled ?? gap,
           warp: skin.fromArray(place).sub(felt.goal).dot(outward),
@@ -87,4 +92,5 @@ const shown = new Vector3();
 const skin = new Vector3();
 const normal = new Vector3();
 const outward = new Vector3();
+const unturned = new Quaternion();
 const place = new Float64Array(3);

@@ -4,7 +4,7 @@ import type { SessionEvent } from "./session.js";
 
 /** What a person can do from the panel. */
 export function buttonsOf(experience: Experience): Button[] {
-  const { session, way, showsGhosts, xr } = experience;
+  const { session, way, showsGhosts, warning, xr } = experience;
   const { recorder } = experience.context;
   const tells = (event: SessionEvent) => () => experience.tell(event);
   const buttons: Button[] = [
@@ -14,7 +14,12 @@ export function buttonsOf(experience: Experience): Button[] {
     { label: "Redo", press: tells({ kind: "redo" }) },
     { label: "Recentre", press: () => experience.recentre() },
   ];
-  if (session.phase === "calibrate") {
+  if (warning.length > 0) {
+    const understood = () => {
+      experience.warning = [];
+    };
+    buttons.push({ label: "Understood", press: understood });
+  } else if (session.phase === "calibrate") {
     const other = way === "rub" ? "places" : "rub";
     const label = other === "rub" ? "By rubbing" : "By places";
     buttons.push({ label, press: () => experience.goBy(other) });

@@ -1,7 +1,7 @@
 import { Matrix4, Vector3 } from "three";
 import { buttonsOf } from "./controls.js";
 import type { Experience } from "./experience.js";
-import { instruct } from "./words.js";
+import { type Facts, instruct } from "./words.js";
 
 /** Put everything in the room where it belongs at this frame. */
 export function depict(experience: Experience, time: number): void {
@@ -9,6 +9,9 @@ export function depict(experience: Experience, time: number): void {
   room.surroundings.show(seesRoom ? world : 1, world);
   room.surroundings.lookAround(placed.pose.place);
   room.carried.matrix.copy(placed.pose.matrix(matrix));
+  // tables stay where they are when a prop is carried
+  const rest = experience.carrier?.rest ?? placed.pose;
+  room.tables.matrix.copy(room.carried.matrix).invert().multiply(rest.matrix(matrix));
   room.tables.visible = world > 0.3;
   const calibrating = session.phase === "calibrate" || session.phase === "verify";
   experience.calibrators.forEach(({ prop, calibration }, k) => {
@@ -31,8 +34,7 @@ function depictHands({
   for (const input of inputs) {
     const { side } = input;
     const hand = room.hands[side];
-    const claims = displacement.hands[side].mayClaimContact;
-    hand.touch(claims ? displacement.touching[side] : 0);
+    hand.touch(displacement.claimed(side));
     hand.visible = input.tracked && (world > 0.01 || !seesRoom);
     if (hand.visible) hand.place(displacement.displayed[side], input.radii, 16, 12);
     const ghost = room.ghosts[side];
@@ -53,16 +55,24 @@ function guide({ room, session, calibrator, head }: Experience, time: number): v
   room.miniature.show(calibrator.prop, shown, beside, head, time);
 }
 
+/** How far the prop is from where the warp holds; "lost" while its controller is not tracked. */
+function howFar({ carrier, calibrator }: Experience): Facts["carried"] {
+  return carrier?.tracked ? carrier.away(calibrator.prop.surface.centre) : "lost";
+}
+
 function word(experience: Experience): void {
-  const { session, calibrator, displacement, notice, seesRoom, resolver, room } = experience;
+  const { session, calibrator, displacement, notice, warning, seesRoom, resolver, room } =
+    experience;
   if (!calibrator) return;
   const { audit } = displacement.watch;
   const said = instruct(session, calibrator, {
     audit: audit.line,
     drifted: audit.hasDrifted,
     notice,
+    warning,
     seesRoom,
     solving: resolver,
+    carried: displacement.holds ? null : howFar(experience),
   });
   room.panel.content = {
     ...said,

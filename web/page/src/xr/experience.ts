@@ -2,8 +2,10 @@ import { Matrix4, Ray, Vector3 } from "three";
 import type { Context } from "../context.js";
 import type { SceneState } from "../live/messages.js";
 import { persistently } from "../world/surface.js";
-import { AnchoredPose } from "./anchored_pose.js";
+import type { AnchoredPose } from "./anchored_pose.js";
+import { PlayBounds } from "./bounds.js";
 import { Calibrator, type Way } from "./calibrator.js";
+import { Carrier } from "./carrier.js";
 import { depict } from "./depict.js";
 import { Displacement } from "./displacement.js";
 import { HandInput } from "./hand_input.js";
@@ -12,7 +14,7 @@ import { Probe } from "./probe.js";
 import { PlacedProps, PropModel } from "./prop_model.js";
 import { Resolver } from "./resolver.js";
 import { Room } from "./room.js";
-import { HandsUp, isBeyondBounds, isOutside, SEATED_RADIUS, STANDING_RADIUS } from "./safety.js";
+import { HandsUp, isOutside, SEATED_RADIUS, STANDING_RADIUS } from "./safety.js";
 import { advance, begin, fade, isDisplaced, type SessionEvent, worldGoal } from "./session.js";
 import { measuredPoses, movedProps, standsOn } from "./several_props.js";
 import { Strokes } from "./strokes.js";
@@ -32,7 +34,10 @@ export class Experience {
   /** How much of the virtual world is to be seen, 0 to 1. */
   world = 0;
   notice = "";
-  readonly anchored = new AnchoredPose();
+  /** What the card shows until the person says that it is understood. */
+  warning: readonly string[] = [];
+  /** What carries the prop; null where it stays. */
+  readonly carrier: Carrier | null;
   #scene = "";
   #handsUp = new HandsUp();
   #strokes = new Strokes();
@@ -44,11 +49,12 @@ export class Experience {
   readonly head = new Vector3();
   #gaze = new Vector3(0, 0, -1);
   #playCentre: Vector3 | null = null;
-  #bounds: DOMPointReadOnly[] = [];
+  #bounds: PlayBounds;
   #last = 0;
   #foundOn: 0 | 1 = 1;
   #loading = false;
   #probe = new Probe();
+  #unlisten: () => void;
 
   constructor(
     readonly context: Context,
@@ -56,8 +62,17 @@ export class Experience {
     readonly choices: Choices,
     readonly ended: () => void,
   ) {
-    this.displacement = new Displacement(context, this.placed);
+    this.carrier = choices.carried ? new Carrier() : null;
+    this.displacement = this.#displacement();
     this.resolver = new Resolver(context);
+    this.#bounds = new PlayBounds(xr);
+    let deleted: string | null = null;
+    this.#unlisten = context.recorder.listen((status) => {
+      const news = status.deleted !== null && deleted === null;
+      if (news)
+        this.warning = [`${status.deleted} was deleted on the server: recording has stopped.`];
+      deleted = status.deleted;
+    });
     xr.addEventListener("end", () => this.#end());
     xr.addEventListener("visibilitychange", () => {
       const kind = xr.visibilityState === "visible" ? "resume" : "pause";
@@ -75,7 +90,6 @@ export class Experience {
     this.room.renderer.setAnimationLoop((time, frame) => {
       if (frame) this.#frame(time / 1000, frame);
     });
-    void this.#findBounds();
     this.tell({ kind: "ready" });
   }
 
@@ -99,6 +113,13 @@ export class Experience {
     return this.calibrators[this.session.prop]!;
   }
 
+  /** What holds the scene where it stands: while props are sought, as the present one has it. */
+  get anchored(): AnchoredPose | undefined {
+    const { phase } = this.session;
+    const sought = phase === "calibrate" && this.calibrator?.calibration;
+    return (sought ? this.calibrator : this.calibrators[0])?.anchored;
+  }
+
   /** Take over the scene: in the beginning, and whenever its objects are others. */
   async #load(): Promise<void> {
     const before = this.calibrators;
@@ -119,16 +140,22 @@ export class Experience {
     this.placed = new PlacedProps(props);
     this.placed.pose = pose;
     // A scene that was solved anew stands where its first prop was found.
-    const known = before[0]?.calibration ?? null;
+    const [known] = before;
     this.calibrators = props.map((prop) => this.#calibratorOf(prop));
     for (const each of this.calibrators) if (known) each.adopt(known);
+    const kept = new Set(this.calibrators.map(({ anchored }) => anchored));
+    for (const { anchored } of before) if (!kept.has(anchored)) anchored.release();
     for (const each of before) {
       each.prop.dispose();
       each.dispose();
     }
     this.room.furnish(props, state);
-    this.displacement = new Displacement(this.context, this.placed);
+    this.displacement = this.#displacement();
     if (before.length === 0) this.session = begin(props.length);
+  }
+
+  #displacement(): Displacement {
+    return new Displacement(this.context, this.placed, this.choices.hand, this.carrier);
   }
 
   #calibratorOf(prop: PropModel): Calibrator {
@@ -166,7 +193,10 @@ export class Experience {
       this.#gaze.set(0, 0, -1).transformDirection(matrix);
       if (this.room.panel.position.lengthSq() === 0) this.recentre();
     }
-    this.placed.pose = this.anchored.now(frame, room);
+    for (const { anchored } of this.calibrators) anchored.now(frame, room);
+    if (this.anchored) this.placed.pose = this.anchored.pose;
+    this.carrier?.read(frame, this.xr, room);
+    if (this.carrier?.rest) this.placed.pose = this.carrier.pose;
     for (const input of this.inputs) {
       input.read(frame, this.xr.inputSources, room);
       const found = this.calibrators[0]?.calibration;
@@ -174,6 +204,7 @@ export class Experience {
         input.mendTips(found.tipOffset, this.#foundOn);
     }
     this.#keepSafe(time);
+    this.#mindBounds(time, frame, room);
     this.#followTouches(time);
     if (this.session.phase === "resolve") this.#seeWhetherResolved();
     this.#keepUp();
@@ -181,6 +212,7 @@ export class Experience {
     const goal = worldGoal(this.session);
     this.world = fade(this.world, goal, elapsed, goal === 1 ? APPEAR : VANISH);
     depict(this, time);
+    if (this.session.phase === "ended") return; // a button has just ended it
     this.#probe.show(this);
     this.room.renderer.render(this.room.scene, this.room.camera);
   }
@@ -199,6 +231,25 @@ export class Experience {
     const was = session.pauses.has("outside");
     const is = isOutside(this.head, { centre: this.#playCentre, radius }, was);
     if (is !== was) this.tell({ kind: is ? "pause" : "resume", pause: "outside" });
+  }
+
+  /** Warn of props that stand where the person may not see what is in the way. */
+  #mindBounds(time: number, frame: XRFrame, room: XRReferenceSpace): void {
+    if (!this.#bounds.due(time)) return;
+    const { phase } = this.session;
+    const asOne = phase === "verify" || phase === "immersed"; // else each as it was found
+    const places = new Map<string, Vector3>();
+    for (const { prop, anchored, done } of this.calibrators) {
+      const pose = asOne ? this.placed.pose : anchored.pose;
+      if (done) places.set(prop.state.name, pose.toRoom(prop.surface.centre));
+    }
+    const outside = this.#bounds.look(time, frame, room, places);
+    if (outside.length === 0) return;
+    const stand = outside.length > 1 ? "stand" : "stands";
+    this.warning = [
+      `The ${outside.join(" and the ")} ${stand} outside your play area.`,
+      "Look that the way there is clear, or put it elsewhere and poke Redo.",
+    ];
   }
 
   #followTouches(time: number): void {
@@ -223,19 +274,16 @@ export class Experience {
     const { calibrator } = this;
     const { calibration } = calibrator;
     if (this.session.phase !== "calibrate" || !calibration) return;
-    this.anchored.set(calibration.pose);
+    this.carrier?.hold(calibration.pose);
     if (!calibrator.done) return;
-    const { x, z } = calibration.pose.toRoom(calibrator.prop.surface.centre);
-    this.notice = isBeyondBounds({ x, z }, this.#bounds)
-      ? "Careful: the prop stands outside your play area."
-      : "";
+    this.notice = "";
     this.room.trail.clear();
     this.tell({ kind: "calibrated" });
   }
 
   #endTouch(): void {
     const { calibrator } = this;
-    const outcome = calibrator.endTouch();
+    const outcome = calibrator.endTouch(this.placed.pose);
     this.notice =
       outcome === "taken"
         ? ""
@@ -254,7 +302,10 @@ export class Experience {
   #originMoved({ transform }: XRReferenceSpaceEvent): void {
     if (transform) {
       const T_before_now = new Matrix4().fromArray(transform.matrix);
-      this.anchored.originMoved(T_before_now);
+      for (const anchored of new Set(this.calibrators.map((each) => each.anchored))) {
+        anchored.originMoved(T_before_now);
+      }
+      this.carrier?.originMoved(T_before_now);
       this.#playCentre?.applyMatrix4(T_before_now.clone().invert());
     }
     this.recentre();
@@ -263,6 +314,7 @@ export class Experience {
 
   #restartCalibration(): void {
     for (const calibrator of this.calibrators) calibrator.restart();
+    this.#bounds.forget();
     this.room.trail.clear();
     this.#strokes.drop();
   }
@@ -271,14 +323,13 @@ export class Experience {
   #resolve(): void {
     const { planes } = this.context.state;
     const measured = measuredPoses(
-      this.calibrators.map(({ prop, calibration }) => ({
+      this.calibrators.map(({ prop, anchored }) => ({
         name: prop.state.name,
         scenePose: prop.state.pose,
-        room: calibration!.pose,
+        room: anchored.pose,
         onTable: this.choices.freedom === 4 && standsOn(planes, prop.surface.lowest.z),
       })),
     );
-    this.anchored.set(this.calibrators[0]!.calibration!.pose);
     const moved = movedProps(measured);
     if (moved.length === 0) this.tell({ kind: "resolved" });
     else this.resolver.begin(Object.fromEntries(moved.map(({ name, pose }) => [name, pose])));
@@ -319,19 +370,9 @@ export class Experience {
     this.room.panel.select(new Ray(origin, new Vector3(0, 0, -1).transformDirection(matrix)));
   }
 
-  async #findBounds(): Promise<void> {
-    try {
-      const bounded = (await this.xr.requestReferenceSpace(
-        "bounded-floor",
-      )) as XRBoundedReferenceSpace;
-      this.#bounds = [...bounded.boundsGeometry];
-    } catch {
-      this.#bounds = []; // The device knows of none, or keeps it to itself.
-    }
-  }
-
   #end(): void {
     this.tell({ kind: "end" });
+    this.#unlisten();
     this.resolver.dispose();
     for (const calibrator of this.calibrators) calibrator.dispose();
     this.room.renderer.setAnimationLoop(null);

@@ -33,7 +33,7 @@ export async function mountXr(context: Context, desk: Pausable): Promise<void> {
   button.className = "main";
   button.textContent = "Enter the headset";
   button.addEventListener("click", async () => {
-    const choices = await askPreflight(mode === "immersive-ar");
+    const choices = await askPreflight(mode === "immersive-ar", context.state.props.length);
     if (choices === null) return;
     status.textContent = "";
     button.disabled = desk.paused = true;

@@ -33,7 +33,7 @@ export class Room {
     this.renderer.setClearColor(0x000000, 0);
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
-    this.carried.matrixAutoUpdate = false;
+    this.carried.matrixAutoUpdate = this.tables.matrixAutoUpdate = false;
     this.carried.add(this.#objects, this.tables, this.ring);
     this.scene.add(
       this.surroundings,

@@ -1,6 +1,7 @@
 import type { Calibration, Doubt, Limits } from "../calibrate/assess.js";
 import { LIMITS } from "../calibrate/assess.js";
 import type { Calibrator } from "./calibrator.js";
+import type { Carried } from "./carrier.js";
 import type { Measure } from "./panel.js";
 import type { Session } from "./session.js";
 
@@ -24,8 +25,12 @@ export interface Facts {
   readonly audit: string;
   readonly drifted: boolean;
   readonly notice: string;
+  /** To be read before anything else. */
+  readonly warning: readonly string[];
   /** Whether the device shows the real room. */
   readonly seesRoom: boolean;
+  /** Where the prop has been carried to, if the warp does not hold there. */
+  readonly carried: Carried | "lost" | null;
   readonly solving: { readonly step: string; readonly progress: number | null };
 }
 
@@ -44,6 +49,7 @@ export function instruct(session: Session, calibrator: Calibrator, facts: Facts)
   if (pauses.has("unready") && session.phase === "immersed") {
     return plain("One moment", ["The scene is being prepared; hands are shown as they are."]);
   }
+  if (facts.warning.length > 0) return plain("Careful", [...facts.warning]);
   switch (session.phase) {
     case "preflight":
       return plain("One moment", ["The scene is being loaded.", facts.notice]);
@@ -73,6 +79,18 @@ export function instruct(session: Session, calibrator: Calibrator, facts: Facts)
         progress: calibrator.touches.length / 5,
       };
     case "immersed":
+      if (facts.carried === "lost") {
+        return plain(`The ${name} is lost`, [
+          "The controller that is fixed to it is not tracked; hands are shown where they are.",
+        ]);
+      }
+      if (facts.carried) {
+        const { shift, turn } = facts.carried;
+        const degrees = ((180 / Math.PI) * turn).toFixed(1);
+        return plain(`Put the ${name} back`, [
+          `It is ${(1000 * shift).toFixed(0)} mm and ${degrees}° from where the scene was solved; what else is in the scene does not go along, so hands are shown where they are.`,
+        ]);
+      }
       return plain(facts.drifted ? "Has the prop moved?" : "Touch what you see", [
         facts.audit,
         facts.drifted ? "Touches have drifted: poke Redo to calibrate again." : facts.notice,
@@ -114,7 +132,7 @@ function calibrationLines(calibrator: Calibrator): string[] {
 
 /** Each freedom with its 95 % half width, and whether that will do. */
 export function measuresOf(
-  { translation95, turn95, covariance }: Calibration,
+  { translation95, turns95 }: Calibration,
   limits: Limits = LIMITS,
 ): Measure[] {
   const lengths = [
@@ -122,17 +140,30 @@ export function measuresOf(
     ["near–far", translation95.z],
     ["height", translation95.y],
   ] as const;
-  const turnName = covariance.toHand.rows > 4 ? "turns" : "turn";
+  const [first, upright, last] = turns95 as [number, number?, number?];
+  const turns: [string, number][] =
+    upright === undefined || last === undefined
+      ? [["turn", first]]
+      : [
+          ["turn", upright],
+          ["tilt near–far", first],
+          ["tilt left–right", last],
+        ];
   return [
     ...lengths.map(([name, half]) => ({
       name,
-      value: half > 0.1 ? "not known" : `±${(1000 * half).toFixed(half < 0.0095 ? 1 : 0)} mm`,
+      value: half > 0.1 ? "not known" : `±${rounded(1000 * half, half < 0.0095 ? 1 : 0)} mm`,
       share: half / limits.translation,
     })),
-    {
-      name: turnName,
-      value: turn95 > Math.PI / 2 ? "free" : `±${((180 / Math.PI) * turn95).toFixed(0)}°`,
-      share: turn95 / limits.turn,
-    },
+    ...turns.map(([name, half]) => ({
+      name,
+      value: half > Math.PI / 2 ? "free" : `±${rounded((180 / Math.PI) * half, 0)}°`,
+      share: half / limits.turn,
+    })),
   ];
+}
+
+/** Up, so that what is shown holds no less than what was found. */
+function rounded(value: number, digits: number): string {
+  return (Math.ceil(value * 10 ** digits - 1e-6) / 10 ** digits).toFixed(digits);
 }

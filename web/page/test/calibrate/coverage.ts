@@ -1,11 +1,14 @@
+import { Vector3 } from "three";
 import type { TrackingModel } from "../../src/calibrate/contact.js";
-import { calibrateGuided, surprise } from "./guided.js";
+import { measuresOf } from "../../src/xr/words.js";
+import { calibrateGuided, type Guided, poseError, surprise } from "./guided.js";
 import { mugSurface } from "./mug.js";
-import { seeded, type TrackingFaults, uprightPose } from "./rubbing.js";
+import { randomDirection, seeded, type TrackingFaults, uprightPose } from "./rubbing.js";
 
 export const RUNS = 100;
 /** 95 % of χ² of four freedoms. */
 const JOINT_95 = 9.488;
+const BIAS = 0.01;
 
 const FAULTS: TrackingFaults = {
   correlated: 0.003,
@@ -19,18 +22,72 @@ const mug = mugSurface();
 /** Where the 10 mm of bias are fixed. */
 export type Bias = "roomBias" | "handBias";
 
-/** Share of runs whose true pose lies in the stated 95 % region, and how many were refused. */
-export function coverage(fixedIn: Bias, runs: number, tracking: TrackingModel) {
-  let covered = 0;
-  let refused = 0;
+/** One run that was not refused. */
+interface Run {
+  /** Whether the true pose lies in the stated 95 % region, in the room. */
+  readonly joint: boolean;
+  /** Errors seen from the tracked hand over the half widths as the card shows them, by its names. */
+  readonly shares: Readonly<Record<string, number>>;
+}
+
+/** Calibrations of a mug by rubbing, then as suggested, and how many were refused. */
+export function calibrations(fixedIn: Bias, runs: number, tracking: TrackingModel) {
+  const accepted: Run[] = [];
   for (let k = 0; k < runs; k++) {
     const run = 2 * k + Number(fixedIn === "handBias"); // no run is in both halves
     const random = seeded(1000 + run);
     const truth = uprightPose(random);
-    const faults = { ...FAULTS, [fixedIn]: 0.01, biasSeed: run };
+    const faults = { ...FAULTS, [fixedIn]: BIAS, biasSeed: run };
     const guided = calibrateGuided(mug, truth, random, faults, tracking);
-    if (guided.calibration.doubts.length > 0) refused++;
-    else if (surprise(guided, truth) <= JOINT_95) covered++;
+    if (guided.calibration.doubts.length > 0) continue;
+    // an offset of all tracking moves the found prop as it moves the hand
+    const moved = fixedIn === "roomBias" ? randomDirection(seeded(run)) : new Vector3();
+    accepted.push({
+      joint: surprise(guided, truth) <= JOINT_95,
+      shares: sharesOf(guided, poseError(guided, truth), moved.multiplyScalar(BIAS)),
+    });
   }
-  return { share: covered / (runs - refused), refused };
+  return { accepted, refused: runs - accepted.length };
+}
+
+function sharesOf(
+  { calibration }: Guided,
+  { shift, turn }: ReturnType<typeof poseError>,
+  moved: Vector3,
+): Record<string, number> {
+  const { x, y, z } = shift.clone().add(moved).multiplyScalar(1000);
+  const errors: Record<string, number> = {
+    "left–right": x,
+    "near–far": z,
+    height: y,
+    turn: (180 / Math.PI) * turn,
+  };
+  const shares: Record<string, number> = {};
+  for (const { name, value } of measuresOf(calibration)) {
+    shares[name] =
+      Math.abs(errors[name]!) /
+      Number(
+        value
+          .match(/^±([\d.]+) (?:mm)$|^±(\d+)°$/)!
+          .slice(1)
+          .find(Boolean),
+      );
+  }
+  return shares;
+}
+
+/** Share of the runs that the stated region holds. */
+export function jointCoverage(accepted: readonly Run[]): number {
+  return accepted.filter(({ joint }) => joint).length / accepted.length;
+}
+
+/** Share of the runs in which a shown ± holds, by name; `width` takes it for so much of itself. */
+export function shownCoverage(accepted: readonly Run[], width = 1): Record<string, number> {
+  const names = Object.keys(accepted[0]?.shares ?? {});
+  return Object.fromEntries(
+    names.map((name) => {
+      const held = accepted.filter(({ shares }) => shares[name]! <= width).length;
+      return [name, held / accepted.length];
+    }),
+  );
 }

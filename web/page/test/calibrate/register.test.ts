@@ -7,6 +7,7 @@ import { type Freedom, Pose } from "../../src/calibrate/pose.js";
 import { ContactSurface } from "../../src/calibrate/surface.js";
 import { doubtIsHarmless, type SurfaceGoal } from "../../src/calibrate/symmetry.js";
 import { gapOf, isFresh, verify } from "../../src/calibrate/verify.js";
+import { measuresOf } from "../../src/xr/words.js";
 import { calibrateGuided, poseError } from "./guided.js";
 import { mugSurface } from "./mug.js";
 import { dwell, type Rubbing, rub, seeded, UP, uprightPose } from "./rubbing.js";
@@ -57,6 +58,22 @@ describe("a mug that is rubbed with 1 mm of noise", () => {
     const guided = calibrated(mug, truth, { ...NOISE, strokes: 24 }, 6);
     expect(guided.calibration.pose.turn.angleTo(truth.turn)).toBeLessThan(0.02);
     expect(poseError(guided, truth).shift.length()).toBeLessThan(0.0015);
+    // the card tells each of the six
+    const shown = measuresOf(guided.calibration);
+    expect(shown.map(({ name }) => name)).toEqual([
+      "left–right",
+      "near–far",
+      "height",
+      "turn",
+      "tilt near–far",
+      "tilt left–right",
+    ]);
+    const { turns95, turn95 } = guided.calibration;
+    expect(turn95).toBe(Math.max(...turns95));
+    const off = truth.turn.clone().multiply(guided.calibration.pose.turn.clone().invert());
+    [off.x, off.y, off.z].forEach((half, k) => {
+      expect(2 * Math.abs(half)).toBeLessThan(turns95[k]!);
+    });
   }, 60_000);
 });
 
