@@ -8,7 +8,7 @@ import { SurfaceFoot } from "./surface.js";
  *
  * Noise to the side of a curved surface leads away from it whichever way it goes: with p noisy by σ
  * on each axis, E d(p) = d + ½ σ² ∇²d to second order. On a rim of 4 mm, 3 mm of noise are taken for
- * half a millimetre of distance, always upwards, which no number of touches would average away.
+ * a fifth of a millimetre of distance, always upwards, which no number of touches would average away.
  * The mean is taken over the six places ±√3 σ beside p (as a third-degree cubature has it), so that
  * it is right at edges, too.
  */
