@@ -260,11 +260,11 @@ class AdaptiveSolver:
             margin = np.concatenate(
                 [widened(stages[-1], octants, 1), widened(stages[-1], strong, 2)]
             )
-            grown = self._widen(margin // 2, self._missed_by_coarser(depth_at_edges, RIM), data)
-            while grown:
+            if self._widen(margin // 2, self._missed_by_coarser(depth_at_edges, RIM), data):
+                while len(missed := self._missed_by_coarser(depth_at_edges, AGAIN)):
+                    if not self._widen(missed, missed, data):
+                        break
                 octants, _ = self._marked(data, lane_scale, depth_at_edges)
-                missed = self._missed_by_coarser(depth_at_edges, AGAIN)
-                grown = self._widen(missed, missed, data)
         return octants[surrounded(stages[-1], octants)]
 
     def _widen(
