@@ -10,6 +10,14 @@ export class Pose {
     readonly place = new Vector3(),
   ) {}
 
+  /** Of a rigid T_room_prop. */
+  static of(matrix: Matrix4): Pose {
+    const pose = new Pose();
+    matrix.decompose(pose.place, pose.turn, size);
+    pose.turn.normalize();
+    return pose;
+  }
+
   clone(): Pose {
     return new Pose(this.turn.clone(), this.place.clone());
   }
@@ -39,6 +47,7 @@ export class Pose {
 
 const ONE = new Vector3(1, 1, 1);
 const inverse = new Quaternion();
+const size = new Vector3();
 
 /** The turn that takes a scene with z up to a room whose vertical is `up`. */
 export function uprightTurn(up: Vector3): Quaternion {

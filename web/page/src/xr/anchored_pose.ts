@@ -1,4 +1,4 @@
-import { Matrix4, Quaternion, Vector3 } from "three";
+import { Matrix4 } from "three";
 import { Pose } from "../calibrate/pose.js";
 
 /** T_room_scene, held by an anchor of the device where it has them, so that it follows its map. */
@@ -36,7 +36,7 @@ export class AnchoredPose {
     if (this.#unheld) this.#hold(frame, room);
     if (this.#anchor && frame.trackedAnchors?.has(this.#anchor) === false) this.#anchor = null;
     const pose = this.#anchor && frame.getPose(this.#anchor.anchorSpace, room);
-    if (pose) this.#pose = poseOf(new Matrix4().fromArray(pose.transform.matrix));
+    if (pose) this.#pose = Pose.of(new Matrix4().fromArray(pose.transform.matrix));
     return this.#pose;
   }
 
@@ -44,7 +44,7 @@ export class AnchoredPose {
   originMoved(T_before_now: Matrix4): void {
     if (this.#anchor) return; // the device has moved it already
     const T = T_before_now.clone().invert().multiply(this.#pose.matrix());
-    this.#pose = poseOf(T);
+    this.#pose = Pose.of(T);
   }
 
   #hold(frame: XRFrame, room: XRReferenceSpace): void {
@@ -69,10 +69,4 @@ export class AnchoredPose {
     this.#anchor?.delete();
     this.#anchor = null;
   }
-}
-
-function poseOf(matrix: Matrix4): Pose {
-  const [place, turn] = [new Vector3(), new Quaternion()];
-  matrix.decompose(place, turn, new Vector3());
-  return new Pose(turn, place);
 }

@@ -1,4 +1,4 @@
-import { Matrix4, Quaternion, Vector3 } from "three";
+import { Matrix4, type Vector3 } from "three";
 import { Pose } from "../calibrate/pose.js";
 
 /** What TypeScript's definitions lack: sources that are tracked but point at nothing. */
@@ -36,7 +36,7 @@ export class Carrier {
     if (!this.rest) return;
     // the prop stands still while it is found: where the controller is seen first is where it was
     this.#T_grip_scene ??= this.#T_room_grip.clone().invert().multiply(this.rest.matrix());
-    this.pose = poseOf(this.#T_room_grip.clone().multiply(this.#T_grip_scene));
+    this.pose = Pose.of(this.#T_room_grip.clone().multiply(this.#T_grip_scene));
   }
 
   /** The prop has been found, standing still. */
@@ -47,7 +47,7 @@ export class Carrier {
 
   /** The room's origin is elsewhere now: at `T_before_now` as seen from where it was. */
   originMoved(T_before_now: Matrix4): void {
-    if (this.rest) this.rest = poseOf(T_before_now.clone().invert().multiply(this.rest.matrix()));
+    if (this.rest) this.rest = Pose.of(T_before_now.clone().invert().multiply(this.rest.matrix()));
   }
 
   /** @param middle of the prop, scene frame. */
@@ -65,10 +65,4 @@ function gripOf({ inputSources, trackedSources = [] }: Tracking): XRSpace | null
     if (!hand && gripSpace) return gripSpace;
   }
   return null;
-}
-
-function poseOf(matrix: Matrix4): Pose {
-  const [place, turn] = [new Vector3(), new Quaternion()];
-  matrix.decompose(place, turn, new Vector3());
-  return new Pose(turn.normalize(), place);
 }
