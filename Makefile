@@ -26,7 +26,10 @@ help:
 demo: $(VENV)/.runs $(PAGE)
 	$(BIN)/touchwarp demo -o $(DEMO)
 
-test: lint types tests web wheel
+# the first four keep one processor busy each: two at a time, once what they share is installed
+test: $(VENV)/.develops $(PAGE)
+	$(MAKE) --jobs 2 lint types web wheel
+	$(MAKE) tests
 
 lint: $(VENV)/.develops
 	$(BIN)/ruff check .

@@ -5,6 +5,7 @@ export default defineConfig({
   ssr: { resolve: { conditions: ["source"] } },
   test: {
     testTimeout: 60_000, // on a busy machine
+    maxWorkers: "100%", // else one core is left idle, which is half of a machine of two
     include: ["runtime/test/**/*.test.ts", "page/test/**/*.test.ts"],
   },
 });
