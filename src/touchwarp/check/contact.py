@@ -18,7 +18,6 @@ MAX_FACTOR = 5.0
 """The greatest error away from sharp edges may be this many times the tolerance."""
 
 EDGE_SAMPLES = 100_000
-HISTOGRAM_BINS = 60
 
 _SOURCE = "tolerance of the scene"
 

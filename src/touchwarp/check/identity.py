@@ -47,11 +47,11 @@ def _outer_checks(case: Case) -> list[Check]:
         near, _, _ = case.region.outer.nearest(beyond)
         outside &= near > case.surface_cell
     # under a sliding plane nobody's hand can be; the table fades out there
-    for fixed in case.scene.fixed:
-        if fixed.plane is not None and fixed.contact == "slide":
-            point, normal = (np.asarray(v, float) for v in fixed.plane)
-            on = on[(on - point) @ normal >= 0]
-            outside &= (beyond - point) @ normal >= 0
+    table = case.scene.slide_plane
+    if table is not None and table.plane is not None:
+        point, normal = (np.asarray(v, float) for v in table.plane)
+        on = on[(on - point) @ normal >= 0]
+        outside &= (beyond - point) @ normal >= 0
     beyond = beyond[outside]
     size_on, size_beyond = _length(case, on), _length(case, beyond)
     worst, worst_beyond = int(size_on.argmax()), int(size_beyond.argmax())
@@ -81,29 +81,15 @@ def _outer_checks(case: Case) -> list[Check]:
 
 def _fixed_checks(case: Case, fixed: Fixed) -> list[Check]:
     """Away from the contact line nothing may move; within `blend_mm` of it the residual is told."""
-    rng = case.random("fixed " + fixed.name)
-    low, high = case.region.box
-    if fixed.plane is not None:
-        point, normal = (np.asarray(v, float) for v in fixed.plane)
-        points = rng.uniform(low, high, (SAMPLES, case.dimension))
-        points -= ((points - point) @ normal)[:, None] * normal
-    else:
-        assert fixed.surface is not None
-        normal = None
-        points = _surface_points(fixed.surface, rng)
-    inside = ((points > low) & (points < high)).all(axis=1)
-    if case.region.outer is not None:
-        inside[inside] = case.region.outer.inside(points[inside])
-    for body in case.region.props:
-        inside[inside] = ~body.inside(points[inside])
-    points = points[inside]
+    points = _points_on(case, fixed)
     if len(points) == 0:
         return []
-    slides = fixed.contact == "slide" and normal is not None
+    slides = fixed.contact == "slide"
     # the grid lies along a sliding plane; to what is held the table is fitted, as to props
     limit = SLACK if slides else case.tolerance
-    if normal is not None and slides:
-        size = np.abs(case.warp.displacement(points) @ normal)
+    if slides:
+        assert fixed.plane is not None, "only planes slide"
+        size = np.abs(case.warp.displacement(points) @ np.asarray(fixed.plane[1], float))
         size = np.where(np.isfinite(size), size, np.inf)
     else:
         size = _length(case, points)
@@ -144,6 +130,25 @@ def _fixed_checks(case: Case, fixed: Fixed) -> list[Check]:
             )
         )
     return checks
+
+
+def _points_on(case: Case, fixed: Fixed) -> Float:
+    """Points (n, 3) m of a fixed surface, scene frame: those in Ω, within ∂Ω1 and outside props."""
+    rng = case.random("fixed " + fixed.name)
+    low, high = case.region.box
+    if fixed.plane is not None:
+        point, normal = (np.asarray(v, float) for v in fixed.plane)
+        points = rng.uniform(low, high, (SAMPLES, case.dimension))
+        points -= ((points - point) @ normal)[:, None] * normal
+    else:
+        assert fixed.surface is not None
+        points = _surface_points(fixed.surface, rng)
+    inside = ((points > low) & (points < high)).all(axis=1)
+    if case.region.outer is not None:
+        inside[inside] = case.region.outer.inside(points[inside])
+    for body in case.region.props:
+        inside[inside] = ~body.inside(points[inside])
+    return np.asarray(points[inside])
 
 
 def _length(case: Case, points: Float) -> Float:

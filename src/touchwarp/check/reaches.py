@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.check.case import Case, Finding
-from touchwarp.check.report import measured, place
+from touchwarp.check.report import Check, measured, place
 from touchwarp.check.thresholds import REACH_DIRECTION, REACH_GAIN, judge, unjudged
 
 Float = NDArray[np.float64]
@@ -41,21 +41,45 @@ def check_reaches(case: Case) -> Finding:
             ],
             {},
         )
+    ratio, turn = _whole_reaches(case, starts, ends)
+    speed, middles, jump, jump_at = _along(case, starts, ends)
+    checks = [
+        *_whole_checks(mode, starts, ends, ratio, turn),
+        *_speed_checks(speed, middles),
+        measured(
+            "reach.jump",
+            "Largest jump of ∂f along a reach",
+            float(jump.max()),
+            group="judged",
+            where=place(jump_at, jump.argmax()),
+            detail=f"Change of the displayed velocity over one step of {1e3 * STEP:g} mm, as a "
+            f"share of the real velocity; over all reaches the median of the largest is "
+            f"{float(np.median(jump)):.2g}. No threshold is known.",
+        ),
+    ]
+    return Finding(
+        checks,
+        {"ratio": ratio, "turn": turn, "speed": speed, "starts": starts, "ends": ends},
+    )
+
+
+def _whole_reaches(case: Case, starts: Float, ends: Float) -> tuple[Float, Float]:
+    """Of each reach (n,): displayed over real length, and deg between the two directions."""
     real = ends - starts
     shown = case.warp(ends) - case.warp(starts)
     length = np.linalg.norm(real, axis=1)
-    ratio = np.linalg.norm(shown, axis=1) / length
+    ratio = np.asarray(np.linalg.norm(shown, axis=1) / length)
     cosine = np.einsum("ij,ij->i", real, shown) / (length**2 * np.maximum(ratio, 1e-12))
-    turn = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
-    speed, middles, jump, jump_at = _along(case, starts, ends)
-    slowest, fastest = speed.min(axis=1), speed.max(axis=1)
-    slow, fast = float(np.quantile(slowest, 0.01)), float(np.quantile(fastest, 0.99))
-    slow_reach, fast_reach = np.abs(slowest - slow).argmin(), np.abs(fastest - fast).argmin()
+    return ratio, np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+def _whole_checks(mode: str, starts: Float, ends: Float, ratio: Float, turn: Float) -> list[Check]:
     low, high = np.quantile(ratio, 0.05), np.quantile(ratio, 0.95)
     steep = float(np.quantile(turn, 0.95))
     assert isinstance(REACH_GAIN.limit, tuple)
+    length = np.linalg.norm(ends - starts, axis=1)
     what = f"{len(starts):,} reaches of about {100 * float(np.median(length)):.0f} cm"
-    checks = [
+    return [
         judge(
             REACH_GAIN,
             mode,
@@ -86,6 +110,14 @@ def check_reaches(case: Case) -> Finding:
             detail=f"Angle between real and displayed reach; the median is "
             f"{float(np.median(turn)):.2g}°.",
         ),
+    ]
+
+
+def _speed_checks(speed: Float, middles: Float) -> list[Check]:
+    slowest, fastest = speed.min(axis=1), speed.max(axis=1)
+    slow, fast = float(np.quantile(slowest, 0.01)), float(np.quantile(fastest, 0.99))
+    slow_reach, fast_reach = np.abs(slowest - slow).argmin(), np.abs(fastest - fast).argmin()
+    return [
         measured(
             "reach.slowest",
             "Least speed ratio along a reach, 1st percentile",
@@ -106,21 +138,7 @@ def check_reaches(case: Case) -> Finding:
             detail="Displayed over real speed, step by step; no number is known for a part of a "
             "reach.",
         ),
-        measured(
-            "reach.jump",
-            "Largest jump of ∂f along a reach",
-            float(jump.max()),
-            group="judged",
-            where=place(jump_at, jump.argmax()),
-            detail=f"Change of the displayed velocity over one step of {1e3 * STEP:g} mm, as a "
-            f"share of the real velocity; over all reaches the median of the largest is "
-            f"{float(np.median(jump)):.2g}. No threshold is known.",
-        ),
     ]
-    return Finding(
-        checks,
-        {"ratio": ratio, "turn": turn, "speed": speed, "starts": starts, "ends": ends},
-    )
 
 
 def _reaches(case: Case) -> tuple[Float, Float]:
