@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 PAGE = Path(__file__).parent / "page"
 LOCAL = "127.0.0.1"
-DEFAULT_PORT = 8600
 FIND = ("auto", "0.0.0.0", "::")
 """Hosts for which this machine's network address is found: who asks for every address wants the one
 that a headset can open."""
