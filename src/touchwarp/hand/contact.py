@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from touchwarp.hand.kinematics import multiply, turn_by
+from touchwarp.hand.kinematics import turn_by, turn_on
 
 NEAR, FAR = 5e-3, 30e-3
 """m between skin and prop: up to NEAR the skin is displayed, from FAR on the centre."""
@@ -72,7 +72,7 @@ def turn_of(J, R):
     """
     R[:] = 0.0
     R[0, 0] = R[1, 1] = R[2, 2] = 1.0
-    step, turned, vector = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    step, work, vector = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     for _ in range(_SWEEPS):
         vector[:] = 0.0
         along = 0.0
@@ -85,8 +85,7 @@ def turn_of(J, R):
         if vector @ vector < 1e-24:
             break
         turn_by(vector, step)
-        multiply(step, R, turned)
-        R[:] = turned
+        turn_on(R, step, work)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

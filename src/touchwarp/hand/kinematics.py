@@ -44,15 +44,24 @@ def multiply(A, B, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def place(chain, finger, palm_turn, palm_shift, centre, q, turns, joints, axes):
+def turn_on(R, step, work):
+    """R ← step R, all (3, 3); work is neither."""
+    multiply(step, R, work)
+    for i in range(3):
+        for j in range(3):
+            R[i, j] = work[i, j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def place(chain, finger, palm_turn, palm_shift, centre, axes, q, turns, joints, moved_axes):
     """One finger's joints and axes as displayed.
 
     Args:
         chain: (5, 4, 3) m, tracked: base, two joints, and the point that should be somewhere.
         palm_turn, palm_shift, centre: the palm takes x to centre + shift + turn (x − centre).
-        q: (4,) rad. turns: (7, 3, 3) working space; turns[0], [1], [2] are left as the turns of
-            the three bones.
-        joints: (4, 3), written; axes: (4, 3), tracked in, displayed out.
+        axes: (4, 3), tracked. q: (4,) rad.
+        turns: (7, 3, 3) working space; turns[0], [1], [2] are left as the turns of the three bones.
+        joints: (4, 3) m and moved_axes: (4, 3), written.
     """
     work = turns[3]
     for d in range(3):
@@ -82,7 +91,7 @@ def place(chain, finger, palm_turn, palm_shift, centre, q, turns, joints, axes):
             T = turns[n - 2]
         x, y, z = axes[n]
         for d in range(3):
-            axes[n, d] = T[d, 0] * x + T[d, 1] * y + T[d, 2] * z
+            moved_axes[n, d] = T[d, 0] * x + T[d, 1] * y + T[d, 2] * z
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

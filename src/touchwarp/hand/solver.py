@@ -30,6 +30,7 @@ from touchwarp.hand.kinematics import (
     place,
     rotation_vector,
     turn_by,
+    turn_on,
 )
 
 STEPS = 24
@@ -90,8 +91,18 @@ def solve_hand(
         for i in range(5):
             if weight[i] <= 0.0:
                 continue
-            moved_axes[i] = axes[i]
-            place(chain, i, palm_turn, palm_shift, centre, q[i], turns, joints, moved_axes[i])
+            place(
+                chain,
+                i,
+                palm_turn,
+                palm_shift,
+                centre,
+                axes[i],
+                q[i],
+                turns,
+                joints,
+                moved_axes[i],
+            )
             for d in range(3):
                 miss[i, d] = target[i, d] - joints[3, d]
                 if halt:
@@ -159,8 +170,7 @@ def solve_hand(
             palm_shift[d] += share * b[d]
             b[3 + d] *= share
         turn_by(b[3:], increment)
-        work[:] = palm_turn
-        multiply(increment, work, palm_turn)
+        turn_on(palm_turn, increment, work)
         settled = largest < (SETTLED if curved else SETTLED_DAMPED)
 
     for i in range(5):
@@ -170,8 +180,7 @@ def solve_hand(
             continue
         for n in range(4):
             q[i, n] = min(max(q[i, n], bounds[i, n, 0]), bounds[i, n, 1])
-        moved_axes[i] = axes[i]
-        place(chain, i, palm_turn, palm_shift, centre, q[i], turns, joints, moved_axes[i])
+        place(chain, i, palm_turn, palm_shift, centre, axes[i], q[i], turns, joints, moved_axes[i])
         total = 0.0
         for d in range(3):
             total += (target[i, d] - joints[3, d]) ** 2
@@ -233,9 +242,9 @@ def write_poses(poses, bases, present, axes, centre, palm_shift, palm_turn, q, o
             continue
         base = bases[i]
         for n in range(4):
-            chain[i, n] = poses[base + n, :3, 3]
-        moved_axes[:] = axes[i]
-        place(chain, i, palm_turn, palm_shift, centre, q[i], turns, joints, moved_axes)
+            for d in range(3):
+                chain[i, n, d] = poses[base + n, d, 3]
+        place(chain, i, palm_turn, palm_shift, centre, axes[i], q[i], turns, joints, moved_axes)
         for n in range(4):
             T = turns[min(n, 2)]
             for d in range(3):
