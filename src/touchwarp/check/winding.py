@@ -30,8 +30,10 @@ class Windings:
     """
 
     def __init__(self, vertices: Float, faces: Int) -> None:
-        self.vertices = np.ascontiguousarray(vertices, dtype=np.float64)
-        self.faces = np.ascontiguousarray(faces, dtype=np.int64)
+        self.vertices = np.ascontiguousarray(vertices, dtype=np.float64).view()
+        self.faces = np.ascontiguousarray(faces, dtype=np.int64).view()
+        # numba compiles anew for arrays that may be written to
+        self.vertices.flags.writeable = self.faces.flags.writeable = False
         self._columns: list[tuple[Int, Int, Float, int]] = []
 
     def at(self, points: Float) -> Float:
