@@ -16,15 +16,27 @@ EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
 @njit(cache=True)
 def _inverse(corners, inverse):
     """Rows of the matrix that takes x − corner 0 to the last three barycentric coordinates."""
-    a, b, c = corners[1] - corners[0], corners[2] - corners[0], corners[3] - corners[0]
-    inverse[0] = np.cross(b, c)
-    inverse[1] = np.cross(c, a)
-    inverse[2] = np.cross(a, b)
-    volume = (a * inverse[0]).sum()
+    volume = 0.0
+    for d in range(3):
+        e, f = (d + 1) % 3, (d + 2) % 3
+        for k in range(3):
+            one, two = 1 + (k + 1) % 3, 1 + (k + 2) % 3
+            inverse[k, d] = (corners[one, e] - corners[0, e]) * (corners[two, f] - corners[0, f])
+            inverse[k, d] -= (corners[one, f] - corners[0, f]) * (corners[two, e] - corners[0, e])
+        volume += (corners[1, d] - corners[0, d]) * inverse[0, d]
     if volume == 0.0:
         return False
-    inverse /= volume
+    for k in range(3):
+        for d in range(3):
+            inverse[k, d] /= volume
     return True
+
+
+@njit(cache=True)
+def _span(corners, d):
+    """Least and greatest coordinate of a tetrahedron along an axis."""
+    one, two, three, four = corners[0, d], corners[1, d], corners[2, d], corners[3, d]
+    return min(min(one, two), min(three, four)), max(max(one, two), max(three, four))
 
 
 @njit(cache=True)
@@ -54,12 +66,12 @@ def _quadratic(weight, values, out):
 @njit(cache=True, parallel=True)
 def _rasterise(corners, values, origin, spacing, table):
     for t in prange(corners.shape[0]):
-        inverse, weight, out = np.empty((3, 3)), np.empty(4), np.empty(3)
+        inverse, weight = np.empty((3, 3)), np.empty(4)
         if not _inverse(corners[t], inverse):
             continue
         first, last = np.empty(3, np.int64), np.empty(3, np.int64)
         for d in range(3):
-            low, high = corners[t, :, d].min(), corners[t, :, d].max()
+            low, high = _span(corners[t], d)
             first[d] = max(0, int(np.ceil((low - origin[d]) / spacing[d] - 1e-9)))
             last[d] = min(table.shape[d] - 1, int((high - origin[d]) / spacing[d] + 1e-9))
         for i in range(first[0], last[0] + 1):
@@ -69,19 +81,18 @@ def _rasterise(corners, values, origin, spacing, table):
                     y = origin[1] + j * spacing[1]
                     z = origin[2] + k * spacing[2]
                     if _barycentric(x, y, z, corners[t, 0], inverse, weight) >= -1e-9:
-                        _quadratic(weight, values[t], out)
-                        table[i, j, k] = out
+                        _quadratic(weight, values[t], table[i, j, k])
 
 
 @njit(cache=True)
 def _scatter(corners, values, points, bucket_start, origin, width, counts, best, result):
-    inverse, weight, out = np.empty((3, 3)), np.empty(4), np.empty(3)
+    inverse, weight = np.empty((3, 3)), np.empty(4)
     first, last = np.empty(3, np.int64), np.empty(3, np.int64)
     for t in range(corners.shape[0]):
         if not _inverse(corners[t], inverse):
             continue
         for d in range(3):
-            low, high = corners[t, :, d].min(), corners[t, :, d].max()
+            low, high = _span(corners[t], d)
             margin = 0.05 * (high - low)
             first[d] = max(0, int((low - margin - origin[d]) / width[d]))
             last[d] = min(counts[d] - 1, int((high + margin - origin[d]) / width[d]))
@@ -94,8 +105,7 @@ def _scatter(corners, values, points, bucket_start, origin, width, counts, best,
                         least = _barycentric(x, y, z, corners[t, 0], inverse, weight)
                         if least > best[p]:
                             best[p] = least
-                            _quadratic(weight, values[t], out)
-                            result[p] = out
+                            _quadratic(weight, values[t], result[p])
 
 
 def rasterise(corners: np.ndarray, values: np.ndarray, axes: list[np.ndarray]) -> np.ndarray:
