@@ -17,7 +17,7 @@ from starlette.testclient import TestClient
 from tests.live.conftest import LIVE, Served
 from touchwarp.errors import SolveError
 from touchwarp.live import workbench
-from touchwarp.live.serving import listen
+from touchwarp.live.addresses import listen
 from touchwarp.warp import TableWarp, load_warp
 
 

@@ -1,4 +1,4 @@
-"""`touchwarp view` as a process: addresses, what it prints, how it ends."""
+"""`touchwarp view` as a process: what it prints, how it ends."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from touchwarp.errors import LiveError
 from touchwarp.live import serving
 from touchwarp.live.access import Invitation
 from touchwarp.live.https import HttpsIdentity
-from touchwarp.live.serving import built_page, invitation_text, listen
+from touchwarp.live.serving import built_page, invitation_text
 from touchwarp.warp import TableWarp
 
 
@@ -65,38 +65,6 @@ def test_it_serves_this_machine_and_a_headset_and_ends_by_ctrl_c(
         process.send_signal(signal.SIGINT)
         process.stdout.close()
         assert process.wait(timeout=120) == 0
-
-
-def test_a_taken_port_is_told() -> None:
-    first = listen("127.0.0.1", 0)
-    with first, pytest.raises(LiveError, match=r"cannot be used .*choose another by --port"):
-        listen("127.0.0.1", first.getsockname()[1])
-
-
-def test_an_address_is_needed() -> None:
-    with pytest.raises(LiveError, match="'elsewhere' is no IP address"):
-        listen("elsewhere", 0)
-
-
-def test_every_address_means_the_one_to_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(serving, "network_address", lambda: "192.0.2.5")
-    assert {serving.chosen_address(host) for host in serving.FIND} == {"192.0.2.5"}
-    assert serving.chosen_address("192.0.2.7") == "192.0.2.7"
-
-
-def test_no_network_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Unreachable:
-        def __enter__(self) -> Unreachable:
-            return self
-
-        def __exit__(self, *error: object) -> None: ...
-
-        def connect(self, address: object) -> None:
-            raise OSError("Network is unreachable")
-
-    monkeypatch.setattr(serving.socket, "socket", lambda *kinds: Unreachable())
-    with pytest.raises(LiveError, match="no network address"):
-        serving.network_address()
 
 
 def test_a_page_that_is_not_built_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

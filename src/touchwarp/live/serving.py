@@ -1,4 +1,4 @@
-"""Serving: which addresses, what is printed for a headset, and the built page.
+"""Serving the built page and then the scene, here and to a headset, and what is printed for both.
 
 What takes its time to be loaded is so in a thread, once the address has been told and the page is
 served: a browser loads the page meanwhile and waits for the scene.
@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import io
-import ipaddress
 import socket
 import tempfile
 import threading
@@ -20,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from touchwarp.errors import LiveError
+from touchwarp.live.addresses import LOCAL, bracketed, chosen_address, listen
 
 if TYPE_CHECKING:
     import uvicorn
@@ -30,10 +30,6 @@ if TYPE_CHECKING:
     from touchwarp.live.workbench import Workbench
 
 PAGE = Path(__file__).parent / "page"
-LOCAL = "127.0.0.1"
-FIND = ("auto", "0.0.0.0", "::")
-"""Hosts for which this machine's network address is found: who asks for every address wants the one
-that a headset can open."""
 
 ANSWERED = 0.2
 """s, in which a page that has waited for the scene is told it, before work begins."""
@@ -48,7 +44,8 @@ class Settings:
     Attributes:
         path: a scene file, a warp or bases.
         port: on this machine's own address; the network address gets the next one. 0: any free.
-        host: the network address to serve on as well; "" for none; one of `FIND` to find it.
+        host: the network address to serve on as well; "" for none; one of `addresses.FIND` to find
+            it.
         recordings: the folder for recordings.
         open_browser: open the page here.
     """
@@ -95,7 +92,7 @@ def serve(settings: Settings, say: Say) -> bool:
             from touchwarp.live.https import identity_for
 
             identity = identity_for(address, user_data_path("touchwarp", appauthor=False) / "https")
-            address = f"{_bracketed(address)}:{remote.getsockname()[1]}"
+            address = f"{bracketed(address)}:{remote.getsockname()[1]}"
             shown = identity
 
             def invite(new: Invitation) -> None:
@@ -196,57 +193,6 @@ def built_page() -> Path:
     return PAGE
 
 
-def listen(address: str, port: int) -> socket.socket:
-    """A listening socket.
-
-    Raises:
-        LiveError: the address is not this machine's, or the port is taken.
-    """
-    try:
-        version = ipaddress.ip_address(address).version
-    except ValueError:
-        raise LiveError(
-            f"'{address}' is no IP address; give one of this machine's, or --host alone."
-        ) from None
-    family = socket.AF_INET6 if version == 6 else socket.AF_INET
-    listening = socket.socket(family, socket.SOCK_STREAM)
-    try:
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listening.bind((address, port))
-        listening.listen()
-    except OSError as error:
-        listening.close()
-        raise LiveError(
-            f"{address} port {port} cannot be used ({error.strerror}); choose another by --port, "
-            "or end the program that has it."
-        ) from error
-    return listening
-
-
-def chosen_address(host: str) -> str:
-    """The address for a host that was asked for; see `FIND`."""
-    return network_address() if host in FIND else host
-
-
-def network_address() -> str:
-    """This machine's address on its network, as other machines see it.
-
-    Raises:
-        LiveError: it has none.
-    """
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            # A route is looked up; no packet is sent. The address is one reserved for documents.
-            probe.connect(("192.0.2.1", 9))
-            address = str(probe.getsockname()[0])
-        except OSError as error:
-            raise LiveError(
-                "This machine has no network address; join a network, give an address after "
-                "--host, or use a cable and 'adb reverse' without --host."
-            ) from error
-    return address
-
-
 def invitation_text(
     address: str, invitation: Invitation, identity: HttpsIdentity, local_port: int
 ) -> str:
@@ -274,10 +220,6 @@ def invitation_text(
             "",
         ]
     )
-
-
-def _bracketed(address: str) -> str:
-    return f"[{address}]" if ":" in address else address
 
 
 def _server(app: object, identity: HttpsIdentity | None = None) -> uvicorn.Server:
