@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,5 +130,6 @@ def _smooth(finger: Float) -> Float:
     return np.asarray(PchipInterpolator(along, finger)(np.linspace(0, along[-1], 60)))
 
 
-def _mm(points: Float) -> Any:
-    return 1e3 * points.T
+def _mm(points: Float) -> Float:
+    """Coordinates (2, n) mm of points (n, 2) m, as axes take them."""
+    return np.asarray(1e3 * points.T)

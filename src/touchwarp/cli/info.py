@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -140,5 +141,5 @@ def _mm(length: float | None) -> str:
     return "unknown" if length is None else f"{length:.3g} mm"
 
 
-def _point(coordinates: Any) -> str:
+def _point(coordinates: Iterable[float]) -> str:
     return "(" + ", ".join(f"{c:.4g}" for c in coordinates) + ") m"

@@ -5,12 +5,12 @@ from __future__ import annotations
 import asyncio
 import logging
 from importlib.metadata import version
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
+from starlette.types import Message
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from touchwarp.errors import StudyError, TouchwarpError
@@ -25,6 +25,7 @@ from touchwarp.live.messages import (
     Deleted,
     EndRecording,
     Finished,
+    FromPage,
     FromServer,
     Refused,
     SaveScene,
@@ -85,7 +86,7 @@ class Hub:
                 self._loop = None
             sender.cancel()
 
-    def _answer(self, message: Any) -> FromServer | None:
+    def _answer(self, message: Message) -> FromServer | None:
         """Carry out one message; a refusal for whatever cannot be."""
         about: Asked | None = None
         try:
@@ -106,7 +107,7 @@ class Hub:
         except TouchwarpError as error:
             return Refused(about=about, reason=str(error))
 
-    def _carry_out(self, message: Any) -> FromServer | None:
+    def _carry_out(self, message: FromPage) -> FromServer | None:
         assert self._workbench is not None
         match message:
             case ChangeScene():
