@@ -64,12 +64,9 @@ def _in_tube(points: Float, edge_points: Float, radius: float) -> NDArray[np.boo
 
 def _area_checks(case: Case, prop: PropCase, error: Float, tube: NDArray[np.bool_]) -> list[Check]:
     tolerance_mm = 1e3 * case.tolerance
-    away = np.where(tube, -1.0, error)
-    worst_away, worst = int(away.argmax()), int(error.argmax())
     p99 = float(np.quantile(error, 0.99))
     beyond = float((error > case.tolerance).mean())
-    points = prop.samples.points
-    checks = [
+    return [
         measured(
             "contact.mean",
             "Contact error, mean",
@@ -88,12 +85,21 @@ def _area_checks(case: Case, prop: PropCase, error: Float, tube: NDArray[np.bool
             "mm",
             limit=tolerance_mm,
             subject=prop.name,
-            where=place(points, np.abs(error - p99).argmin()),
+            where=place(prop.samples.points, np.abs(error - p99).argmin()),
             detail=f"{100 * beyond:.2g} % of the surface is beyond the tolerance.",
             source=_SOURCE,
         ),
+        *_greatest_checks(case, prop, error, tube),
     ]
-    edge_mm = 1e3 * case.edge_radius
+
+
+def _greatest_checks(
+    case: Case, prop: PropCase, error: Float, tube: NDArray[np.bool_]
+) -> list[Check]:
+    """The greatest error outside the tube (n,) around sharp edges, and anywhere."""
+    points = prop.samples.points
+    tolerance_mm, edge_mm = 1e3 * case.tolerance, 1e3 * case.edge_radius
+    checks = []
     if tube.all():
         checks.append(
             unmeasured(
@@ -106,6 +112,8 @@ def _area_checks(case: Case, prop: PropCase, error: Float, tube: NDArray[np.bool
             )
         )
     else:
+        away = np.where(tube, -1.0, error)
+        worst_away = int(away.argmax())
         checks.append(
             measured(
                 "contact.max",
@@ -121,6 +129,7 @@ def _area_checks(case: Case, prop: PropCase, error: Float, tube: NDArray[np.bool
             )
         )
     if tube.any():
+        worst = int(error.argmax())
         checks.append(
             measured(
                 "contact.max_anywhere",

@@ -45,6 +45,7 @@ def check_map(case: Case) -> Finding:
         numbers = measures.summary()
         if measures.goal.virtual_surface is not None:
             checks += _promises(case, measures, numbers, name)
+            checks += _landmark_checks(measures, numbers, name)
         checks += _shape_checks(measures, numbers, case.scene.interaction.mode, name)
         checks += _sharp_edge_checks(measures, name)
         checks += _told(measures, numbers, name)
@@ -60,7 +61,7 @@ def _promises(
     farthest = int(measures.distance.argmax())
     partial, rounded = goal.kind in PARTIAL, goal.kind in ROUNDED
     tolerance_mm = 1e3 * case.tolerance
-    checks = [
+    return [
         measured(
             "map.flips",
             "Faces that the goal flips or flattens",
@@ -123,22 +124,25 @@ def _promises(
             source="tolerance of the scene",
         ),
     ]
-    if len(measures.landmark_error):
-        assert goal.landmarks is not None
-        checks.append(
-            measured(
-                "map.landmarks",
-                "Landmark error, greatest",
-                100.0 * numbers["landmark_max"],
-                "%",
-                limit=LANDMARKS,
-                subject=name,
-                where=place(goal.landmarks[:, 0], measures.landmark_error.argmax()),
-                detail=f"{len(goal.landmarks)} landmarks; of the virtual object's diagonal, "
-                f"{1e3 * measures.diagonal:.0f} mm.",
-            )
+
+
+def _landmark_checks(measures: MapMeasures, numbers: dict[str, float], name: str) -> list[Check]:
+    landmarks = measures.goal.landmarks
+    if landmarks is None or len(measures.landmark_error) == 0:
+        return []
+    return [
+        measured(
+            "map.landmarks",
+            "Landmark error, greatest",
+            100.0 * numbers["landmark_max"],
+            "%",
+            limit=LANDMARKS,
+            subject=name,
+            where=place(landmarks[:, 0], measures.landmark_error.argmax()),
+            detail=f"{len(landmarks)} landmarks; of the virtual object's diagonal, "
+            f"{1e3 * measures.diagonal:.0f} mm.",
         )
-    return checks
+    ]
 
 
 def _shape_checks(
