@@ -26,7 +26,7 @@ help:
 demo: $(VENV)/.runs $(PAGE)
 	$(BIN)/touchwarp demo -o $(DEMO)
 
-# the first four keep one processor busy each: two at a time, once what they share is installed
+# two at a time, once what they share is installed: mypy and the wheel keep one processor busy each
 test: $(VENV)/.develops $(PAGE)
 	$(MAKE) --jobs 2 lint types web wheel
 	$(MAKE) tests
