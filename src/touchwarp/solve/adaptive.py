@@ -16,7 +16,7 @@ from touchwarp.solve.ghosts import extended_inwards
 from touchwarp.solve.interface import hanging_values
 from touchwarp.solve.level import LOCAL, OFFSETS
 from touchwarp.solve.marking import SAFETY, Marker
-from touchwarp.solve.multigrid import SWEEPS, Multigrid, Stage
+from touchwarp.solve.multigrid import SWEEPS, Lanes, Multigrid, Stage
 from touchwarp.solve.problem import Problem
 from touchwarp.solve.refine import octant_coordinates, surrounded, unique_rows, widened
 from touchwarp.solve.region import Region, agree, flood_level
@@ -257,11 +257,14 @@ class AdaptiveSolver:
         stages = self.multigrid.stages
         octants, strong = self._marked(data, lane_scale, depth_at_edges)
         if stages[-1].level.depth > 0:
+            # widening leaves the coarser level as it is
+            coarser = extended_inwards(stages[-2], self.regions[-2], self.multigrid.floor_zero)
             margin = np.concatenate(
                 [widened(stages[-1], octants, 1), widened(stages[-1], strong, 2)]
             )
-            if self._widen(margin // 2, self._missed_by_coarser(depth_at_edges, RIM), data):
-                while len(missed := self._missed_by_coarser(depth_at_edges, AGAIN)):
+            missed = self._missed_by_coarser(coarser, depth_at_edges, RIM)
+            if self._widen(margin // 2, missed, data):
+                while len(missed := self._missed_by_coarser(coarser, depth_at_edges, AGAIN)):
                     if not self._widen(missed, missed, data):
                         break
                 octants, _ = self._marked(data, lane_scale, depth_at_edges)
@@ -295,24 +298,26 @@ class AdaptiveSolver:
         self._add_level(bricks, np.concatenate([before, needed]), data, narrow)
         return True
 
-    def _missed_by_coarser(self, depth_at_edges: int, share: float) -> NDArray[np.int64]:
+    def _missed_by_coarser(
+        self, values: Lanes, depth_at_edges: int, share: float
+    ) -> NDArray[np.int64]:
         """(k, 3) bricks beside nodes that the table's coarser cells would miss, there or not.
 
         Looked at are the finest level's rim and its margin, which the table does without.
 
         Args:
+            values: (n, 4) m, the coarser level's, continued behind surfaces.
             depth_at_edges: from this level on the tube is left out.
             share: of the tolerance, by which a node is missed.
         """
-        fine, coarse = self.multigrid.stages[-1], self.multigrid.stages[-2]
+        fine, coarse = self.multigrid.stages[-1], self.multigrid.stages[-2].level
         assert fine.interface is not None
         level, region = fine.level, self.regions[-1]
-        values = extended_inwards(coarse, self.regions[-2], self.multigrid.floor_zero)
         margin = level.has_cells & ~self._needed[-1]
         inner = np.flatnonzero(margin[level.site[: level.n_inner] // LOCAL])
         nodes = np.concatenate([fine.interface.nodes, inner])
         nodes = nodes[region[nodes] == 1]
-        gap = hanging_values(level, coarse.level, nodes, values) - fine.u[nodes]
+        gap = hanging_values(level, coarse, nodes, values) - fine.u[nodes]
         gap *= self._lane_scale
         nodes = nodes[np.linalg.norm(gap, axis=1) > share * self.marker.tolerance]
         where = level.coordinates(nodes)

@@ -80,11 +80,8 @@ def sieve_triangles(
         parent = level.parent
     start = np.zeros(count + 1, np.int64)
     given = level.bricks, parent, corners, faces, 2.0**level.depth, coarser.start, coarser.index
-    share(_sieve, count, *given, start, np.empty(0, np.int32), work=LOCAL)
-    np.cumsum(start, out=start)
-    index = np.empty(int(start[-1]), np.int32)
-    share(_sieve, count, *given, start, index, work=LOCAL)
-    return BrickTriangles(start, index)
+    index = np.concatenate(share(_sieve, count, *given, start, work=LOCAL))
+    return BrickTriangles(np.cumsum(start), index)
 
 
 def cut_edges(
@@ -96,31 +93,13 @@ def cut_edges(
     """Every edge of a level that a triangle crosses, from both its ends."""
     # Only bricks with triangles, so that parts of them take about as long as one another.
     bricks = np.flatnonzero(np.diff(triangles.start)).astype(np.int32)
-    counts = np.zeros((len(bricks) + 1, 2), np.int64)
     lists = triangles.start, triangles.index
-    given = bricks, level.places, corners, faces, 2.0**level.depth, *lists, counts
+    given = bricks, level.places, corners, faces, 2.0**level.depth, *lists
+    parts = zip(*share(_scan, len(bricks), *given, work=LOCAL), strict=True)
+    node, count, *cuts = (np.concatenate(part) for part in parts)
     row = np.full(level.n, -1, np.int32)
-    share(_scan, len(bricks), *given, _cuts_for(row, 0, 0), work=LOCAL)
-    np.cumsum(counts, axis=0, out=counts)
-    rows, cuts = (int(c) for c in counts[-1])
-    result = _cuts_for(row, rows, cuts)
-    result.start[-1] = cuts
-    if rows:
-        share(_scan, len(bricks), *given, result, work=LOCAL)
-    return result
-
-
-def _cuts_for(row: NDArray[np.int32], rows: int, cuts: int) -> Cuts:
-    """Arrays for so many rows and cuts."""
-    return Cuts(
-        row,
-        np.empty(rows, np.int32),
-        np.empty(rows + 1, np.int64),
-        np.empty(cuts, np.int8),
-        np.empty(cuts, np.float32),
-        np.empty(cuts, np.int32),
-        np.empty((cuts, 2), np.float32),
-    )
+    row[node] = np.arange(len(node), dtype=np.int32)
+    return Cuts(row, node, np.concatenate([[0], np.cumsum(count)]), *cuts)
 
 
 @njit(cache=True, nogil=True)
@@ -161,24 +140,26 @@ def _reaches(corners, faces, t, scale, low, high):
 
 
 @njit(cache=True, nogil=True)
-def _sieve(
-    first, last, bricks, parent, corners, faces, scale, parent_start, parent_index, start, index
-):
-    counting = index.shape[0] == 0
+def _sieve(first, last, bricks, parent, corners, faces, scale, parent_start, parent_index, start):
+    """The triangles near bricks first..last; `start` receives, one place on, how many each has."""
+    most = 0
+    for b in range(first, last):
+        most += parent_start[parent[b] + 1] - parent_start[parent[b]]
+    index = np.empty(most, np.int32)
+    end = 0
     low, high = np.empty(3), np.empty(3)
     for b in range(first, last):
         for d in range(3):
             low[d] = 8.0 * bricks[b, d] - 1.001
             high[d] = 8.0 * bricks[b, d] + 8.001
-        k = 0
+        begun = end
         for i in range(parent_start[parent[b]], parent_start[parent[b] + 1]):
             t = parent_index[i]
             if _reaches(corners, faces, t, scale, low, high):
-                if not counting:
-                    index[start[b] + k] = t
-                k += 1
-        if counting:
-            start[b + 1] = k
+                index[end] = t
+                end += 1
+        start[b + 1] = end - begun
+    return index[:end].copy()
 
 
 @njit(cache=True, nogil=True)
@@ -235,23 +216,22 @@ def _hit_lines(corners, faces, t, scale, origin, axis, near, hit, weight):
 
 
 @njit(cache=True, nogil=True)
-def _scan(first, last, bricks, places, corners, faces, scale, tri_start, tri_index, counts, cuts):
-    """Count the cut rows and the cuts of bricks first..last, or write them where there is room."""
-    bricks_at, around, node, row = places.bricks, places.around, places.node, cuts.row
-    direction, distance, triangle, weights = (
-        cuts.direction,
-        cuts.distance,
-        cuts.triangle,
-        cuts.weights,
-    )
-    counting = cuts.node.shape[0] == 0
+def _scan(first, last, bricks, places, corners, faces, scale, tri_start, tri_index):
+    """The nodes of bricks first..last that have cut edges, how many, and what `Cuts` has of each.
+
+    There is room for every edge to be cut; what is not written takes no memory.
+    """
+    bricks_at, around, node = places.bricks, places.around, places.node
+    rows, most = 0, 512 * (last - first)
+    cut_node, count = np.empty(most, np.int32), np.empty(most, np.int64)
+    cuts, most = 0, 6 * most
+    direction, distance = np.empty(most, np.int8), np.empty(most, np.float32)
+    triangle, weights = np.empty(most, np.int32), np.empty((most, 2), np.float32)
     near = np.empty((512, 6))
     hit = np.empty((512, 6), np.int32)
     weight = np.empty((512, 6, 2), np.float32)
     origin = np.empty(3)
     for i in range(first, last):
-        if not counting and counts[i, 0] == counts[i + 1, 0]:
-            continue
         b = bricks[i]
         for local in range(512):
             for d in range(6):
@@ -261,7 +241,6 @@ def _scan(first, last, bricks, places, corners, faces, scale, tri_start, tri_ind
         for t in range(tri_start[b], tri_start[b + 1]):
             for axis in range(3):
                 _hit_lines(corners, faces, tri_index[t], scale, origin, axis, near, hit, weight)
-        r, k = (0, 0) if counting else (counts[i, 0], counts[i, 1])
         for local in range(512):
             m = node[512 * b + local]
             if m < 0:
@@ -272,20 +251,24 @@ def _scan(first, last, bricks, places, corners, faces, scale, tri_start, tri_ind
                 hit[local, image], near[local, image] = hit[local, own], near[local, own]
                 weight[local, image, 0] = weight[local, own, 0]
                 weight[local, image, 1] = weight[local, own, 1]
-            begun = k
+            begun = cuts
             for d in range(6):
                 if hit[local, d] < 0:
                     continue
-                if not counting:
-                    direction[k] = d
-                    distance[k] = max(near[local, d], NEAREST)
-                    triangle[k] = hit[local, d]
-                    weights[k, 0] = weight[local, d, 0]
-                    weights[k, 1] = weight[local, d, 1]
-                k += 1
-            if k > begun:
-                if not counting:
-                    row[m], cuts.node[r], cuts.start[r] = r, m, begun
-                r += 1
-        if counting:
-            counts[i + 1, 0], counts[i + 1, 1] = r, k
+                direction[cuts] = d
+                distance[cuts] = max(near[local, d], NEAREST)
+                triangle[cuts] = hit[local, d]
+                weights[cuts, 0] = weight[local, d, 0]
+                weights[cuts, 1] = weight[local, d, 1]
+                cuts += 1
+            if cuts > begun:
+                cut_node[rows], count[rows] = m, cuts - begun
+                rows += 1
+    return (
+        cut_node[:rows].copy(),
+        count[:rows].copy(),
+        direction[:cuts].copy(),
+        distance[:cuts].copy(),
+        triangle[:cuts].copy(),
+        weights[:cuts].copy(),
+    )

@@ -17,6 +17,9 @@ from touchwarp.solve.multigrid import Stage
 OUTER = -2
 """Owner number of the outer surface's triangles."""
 
+TURNS = 3
+"""Times that every node looks at those beside it, before those that learn late pass it on."""
+
 Region = NDArray[np.uint8]
 
 
@@ -115,13 +118,17 @@ brick, the step to it, and which of the bricks around that is."""
 
 @njit(cache=True, nogil=True)
 def _flood(places, cuts, owner, region):
-    """Let each node learn from those beside it, and pass on what none was there to learn from."""
+    """Let each node learn from those beside it, and pass on what none was there to learn from.
+
+    From the coarser level's nodes it is three steps at most to any other, the second and third in
+    one turn, as red nodes come first.
+    """
     node, around, site, n_inner = places.node, places.around, places.site, places.n_inner
     row, start, direction, triangle = cuts.row, cuts.start, cuts.direction, cuts.triangle
     lists = start, direction, triangle, owner, region
     new = np.empty(len(region), np.int32)
     count = 0
-    for turn in range(2):
+    for turn in range(TURNS):
         for m in range(len(region)):
             if region[m]:
                 continue
@@ -140,9 +147,9 @@ def _flood(places, cuts, owner, region):
                 plain = row[m] < 0 and row[k] < 0
                 region[m] = region[k] if plain else _passes(row, *lists, m, k, d)
                 if region[m]:
-                    # those that learn in the second turn were met too late by the ones beside them
+                    # those that learn in the last turn were met too late by the ones beside them
                     new[count] = m
-                    count += turn
+                    count += turn == TURNS - 1
                     break
     while count > 0:
         count -= 1

@@ -63,7 +63,7 @@ def sample_surfaces(
     bricks = np.flatnonzero((np.diff(lists.start) > 0) & leaf.any(axis=1)).astype(np.int32)
     scale = 2.0**level.depth
     surfaces = boundary.corners, boundary.faces, scale, lists.start, lists.index
-    start = np.zeros(len(bricks) + 1, np.int64)
+    start = np.zeros(LOCAL * len(bricks) + 1, np.int64)
 
     def fill(s: Samples) -> None:
         out = s.cell, s.place, s.weight, s.triangle, s.barycentric
@@ -82,13 +82,10 @@ def sample_surfaces(
 
     fill(Samples.empty(0))
     np.cumsum(start, out=start)
-    s = Samples.empty(int(start[-1]))
-    if len(s.cell):
-        fill(s)
-    order = np.argsort(s.cell, kind="stable")
-    return Samples(
-        s.cell[order], s.place[order], s.weight[order], s.triangle[order], s.barycentric[order]
-    )
+    samples = Samples.empty(int(start[-1]))
+    if len(samples.cell):
+        fill(samples)
+    return samples
 
 
 def goal_at_samples(samples: Samples, boundary: Boundary, data: NDArray[np.float64]) -> Lanes:
@@ -150,14 +147,17 @@ def _sample(
     out_triangle,
     out_barycentric,
 ):
-    """Count the samples of bricks first..last, or write them where there is room."""
+    """Count the samples in each cell of bricks first..last, or write them where there is room.
+
+    `start` (512 · bricks + 1,) has the counts, one place on, and then where each cell's samples go.
+    """
     counting = out_cell.shape[0] == 0
     pitch = 1.0 / per_cell
     lowest, highest, at = np.empty(3, np.int64), np.empty(3, np.int64), np.empty(3)
-    p, normal = np.empty((3, 3)), np.empty(3)
+    p, normal, written = np.empty((3, 3)), np.empty(3), np.empty(LOCAL, np.int64)
     for own in range(first, last):
         brick = bricks[own]
-        count = 0 if counting else start[own]
+        written[:] = 0
         for t in range(tri_start[brick], tri_start[brick + 1]):
             triangle = tri_index[t]
             for d in range(3):
@@ -196,16 +196,18 @@ def _sample(
                     x, y, z = int(at[0]), int(at[1]), int(at[2])
                     if not leaf[brick, 4 * (x // 4) + 2 * (y // 4) + z // 4]:
                         continue
-                    if not counting:
-                        out_cell[count] = 512 * brick + 64 * x + 8 * y + z
-                        out_place[count, 0], out_place[count, 1] = at[0] - x, at[1] - y
-                        out_place[count, 2] = at[2] - z
-                        out_weight[count] = weight
-                        out_triangle[count] = triangle
-                        out_barycentric[count, 0], out_barycentric[count, 1] = w0, w1
-                    count += 1
-        if counting:
-            start[own + 1] = count
+                    local = 64 * x + 8 * y + z
+                    if counting:
+                        start[512 * own + local + 1] += 1
+                        continue
+                    s = start[512 * own + local] + written[local]
+                    written[local] += 1
+                    out_cell[s] = 512 * brick + local
+                    out_place[s, 0], out_place[s, 1] = at[0] - x, at[1] - y
+                    out_place[s, 2] = at[2] - z
+                    out_weight[s] = weight
+                    out_triangle[s] = triangle
+                    out_barycentric[s, 0], out_barycentric[s, 1] = w0, w1
 
 
 @njit(cache=True, nogil=True)

@@ -94,23 +94,26 @@ def make_fit(
         first = np.flatnonzero(np.diff(sample.cell, prepend=-1))
         starts.append(np.append(first, len(sample.cell)).astype(np.int64))
         corners.append(_cell_corners(sample.cell[first], stage.level.places))
-    wanted = [np.unique(c[c >= 0]) for c in corners]
+    wanted = [np.zeros(stage.level.n, bool) for stage in stages]
+    for marks, nodes in zip(wanted, corners, strict=True):
+        marks[nodes[nodes >= 0]] = True
     rims: list[NDArray[np.int32]] = [np.empty(0, np.int32)]
     masters: list[NDArray[np.int32]] = [np.empty((0, MASTERS), np.int32)]
     for i in range(len(stages) - 1, 0, -1):
-        rim = np.intersect1d(wanted[i], grid.rim[i], assume_unique=True)
+        rim = grid.rim[i][wanted[i][grid.rim[i]]]
         found = np.full((len(rim), MASTERS), -1, np.int32)
         _masters(rim, stages[i].level.places, stages[i - 1].level.places, found)
         rims.insert(1, rim)
         masters.insert(1, found)
-        wanted[i - 1] = np.union1d(wanted[i - 1], found[found >= 0])
+        wanted[i - 1][found[found >= 0]] = True
     free, unknowns, behind, floors, hanging, mastering = [], [], [], [], [], []
     count, coarser = 0, np.empty(0, np.int32)
     for i, stage in enumerate(stages):
         level = stage.level
         hangs = np.zeros(level.n, bool)
         hangs[grid.rim[i]] = True
-        nodes = wanted[i][(wanted[i] < level.n_inner) | hangs[wanted[i]]]
+        wanted[i][level.n_inner :] &= hangs[level.n_inner :]
+        nodes = np.flatnonzero(wanted[i]).astype(np.int32)
         taken = (regions[i][nodes] != 1) | hangs[nodes]
         where = level.coordinates(nodes[~taken]) / 2.0**level.depth
         taken[~taken] = tube.contains(frame.to_scene(where))

@@ -57,8 +57,9 @@ class TableMaker:
         self.fit: Fit = make_fit(self.grid, solution.regions, self.samples, problem.frame, tube)
         self._moved = []
         for rim, free, region in zip(grid.rim, self.fit.free, solution.regions, strict=True):
-            nodes = np.union1d(rim, free)
-            self._moved.append(nodes[region[nodes] == 1])
+            moved = np.zeros(len(region), bool)
+            moved[rim], moved[free] = True, True
+            self._moved.append(np.flatnonzero(moved & (region == 1)))
         self._yielding = [
             yielding_samples(stage, sample, problem.blend)
             for stage, sample in zip(stages, self.samples, strict=True)
