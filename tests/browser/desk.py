@@ -135,3 +135,35 @@ def is_pink(rgb: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Of the place that a line of the certificate is about."""
     pink: NDArray[np.bool_] = (rgb[..., 0] > 150) & (rgb[..., 1] < 100) & (rgb[..., 2] > 100)
     return pink
+
+
+def handle_of(page: Page, axis: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Where to grab the gizmo's handle of an axis, on the screen, and which way along it.
+
+    It is found by its colour, as far from the other axes' handles as it reaches; the way is that of
+    the coloured line there, outwards.
+    """
+    page.mouse.move(*at(page, ".pane.seen", 0.5, 0.02))  # what the mouse is over has another colour
+    places: dict[str, NDArray[np.float64]] = {}
+
+    def are_seen(seen: NDArray[np.float64]) -> bool:
+        for name, colour in HANDLES.items():
+            rows, columns = np.nonzero(np.abs(seen - colour).max(axis=-1) < 10)
+            places[name] = np.stack([columns, rows], axis=1).astype(float)
+        return all(len(found) > 10 for found in places.values())
+
+    wait_for(page, ".pane.seen", are_seen, "no gizmo is to be seen")
+    own = places[axis]
+    others = np.concatenate([found for name, found in places.items() if name != axis])
+    apart = np.linalg.norm(own[:, None] - others[None], axis=2).min(axis=1)
+    grip = own[apart.argmax()]
+    near = own[np.linalg.norm(own - grip, axis=1) < 25] - grip
+    way = np.linalg.svd(near - near.mean(axis=0))[2][0]
+    way *= np.sign(way @ (grip - others.mean(axis=0))) or 1.0
+    box = page.locator(".pane.seen").bounding_box()
+    assert box is not None
+    return grip + np.array([box["x"] + 0.5, box["y"] + 0.5]), way
+
+
+HANDLES = {"x": (212, 48, 28), "y": (46, 139, 87), "z": (106, 79, 176)}
+"""Colours of the gizmo's handles."""

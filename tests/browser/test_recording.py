@@ -270,6 +270,23 @@ def test_an_exported_page_keeps_recordings_on_the_device(
         expect(page.locator("button[name=save-recording]")).to_have_count(0)
 
 
+def test_a_change_on_an_exported_page_is_live_and_known_to_be_unchecked(
+    page: Page, ball: Path, tmp_path: Path
+) -> None:
+    with exported(ball, tmp_path / "exported") as url:
+        open_page(page, url)
+        whole_warp(page)
+        expect(page.locator(".checks .check").first).to_be_visible()
+        unchecked = page.get_by_text("Of the solved warp, before what was changed.")
+        expect(unchecked).to_have_count(0)
+        expect(page.get_by_text("Every change is live")).to_be_visible()
+        shift = page.locator("input[name=translation-0]")
+        shift.fill("20")
+        shift.press("Enter")
+        expect(page.locator(".exactness")).to_contain_text("Live warp")
+        expect(unchecked).to_be_visible()
+
+
 @contextmanager
 def exported(path: Path, folder: Path) -> Iterator[str]:
     """The address of a scene's exported page, on a web host that knows nothing of touchwarp."""

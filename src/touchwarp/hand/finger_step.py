@@ -4,13 +4,15 @@ With the force f = w (target − tip) of the last step, the energy's second deri
 springs and squared miss, w FᵀF (F the motion of the tip by the angles), less f · ∂²tip: how the
 tip's path bends. That force has settled long before the miss has, whose own is far too great at
 first. Where springs do not outweigh it, |f| times the lengths of the arms does as damping.
+
+The palm's turn moves the tip by θ × a, a the arm, and what angle and turn bend together goes with
+f × F: so both come in as g = w a + f, and what the angles leave to the palm by F H⁻¹ Fᵀ alone.
 """
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
 
 from touchwarp.hand.kinematics import factor, half_solve, other_half
@@ -23,15 +25,13 @@ LIMIT = 0.2
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def linearise(joints, axes, q, bounds, arm, F, P, reach, stiffness, pull):
+def linearise(joints, axes, q, bounds, F, reach, stiffness, pull):
     """Where the finger is: springs and slopes.
 
     Args:
         joints: (4, 3) m and axes: (4, 3), as displayed now. q: (4,), bounds: (4, 2) rad.
-        arm: (3,) m, from the palm's centre to the tip.
-        F: (4, 3) m/rad, the tip's motion by the angles, and P: (6, 3) by the palm's shift and turn;
-            reach: (4,) m from each joint to the tip; stiffness: (4,) and pull: (4,) of the springs;
-            all written.
+        F: (4, 3) m/rad, the tip's motion by the angles; reach: (4,) m from each joint to the tip;
+            stiffness: (4,) and pull: (4,) of the springs; all written.
     """
     for n in range(4):
         beyond = q[n] - min(max(q[n], bounds[n, 0]), bounds[n, 1])
@@ -48,101 +48,127 @@ def linearise(joints, axes, q, bounds, arm, F, P, reach, stiffness, pull):
         F[n, 0] = axes[n, 1] * z - axes[n, 2] * y
         F[n, 1] = axes[n, 2] * x - axes[n, 0] * z
         F[n, 2] = axes[n, 0] * y - axes[n, 1] * x
-    P[:] = 0.0
-    P[0, 0] = P[1, 1] = P[2, 2] = 1.0
-    P[3, 1], P[3, 2] = -arm[2], arm[1]
-    P[4, 0], P[4, 2] = arm[2], -arm[0]
-    P[5, 0], P[5, 1] = -arm[1], arm[0]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def eliminate(
-    weight, curved, axes, force, miss, arm, F, P, reach, stiffness, pull, H, halves, A, b
+    weight, curved, axes, force, miss, arm, F, reach, stiffness, pull, moment, H, halves, A, b
 ):
     """Add what the finger leaves to the palm's equations A δ = b (lower half of A).
 
+    With N = F H⁻¹ Fᵀ and r = F H⁻¹ p, p the angles' right side, shift and turn are left with
+
+        w I − w² N,  w [a] − w [g] N,  w [a][a]ᵀ + K − [g] N [g]ᵀ;
+        w (miss − r),  w a × miss − g × r,
+
+    [a] the matrix of a ×. w [a][a]ᵀ + K, K how the path by the turn bends, is the symmetric part of
+    g·a I − g aᵀ.
+
     Args:
         curved: whether paths bend, or are damped instead.
-        H: (4, 4) and halves: (7, 4), written: the angles' factor, and the palm's six columns and
-            the right side by half of its inverse.
+        arm: (3,) m: a, from the palm's centre to the tip.
+        moment: (3,): g, H: (4, 4) and halves: (4, 4), written: the angles' factor, and F's columns
+            and the angles' right side by half of its inverse.
 
     Returns:
         False where springs do not outweigh the bending; A and b are then not to be used.
     """
-    K = np.zeros((3, 3))
-    _set_curvature(curved, axes, force, arm, F, reach, H, halves, K)
+    damping = _set_curvature(weight, curved, axes, force, arm, F, reach, moment, H)
     for n in range(4):
         for m in range(n + 1):
-            total = 0.0
-            for d in range(3):
-                total += weight * F[n, d] * F[m, d]
-            H[n, m] += total
+            H[n, m] += weight * _dot(F[n], F[m])
         H[n, n] += stiffness[n]
-        for m in range(7):
-            total = 0.0
-            for d in range(3):
-                total += weight * F[n, d] * (miss[d] if m == 6 else P[m, d])
-            halves[m, n] += total
-        halves[6, n] -= pull[n]
+        for d in range(3):
+            halves[d, n] = F[n, d]
+        halves[3, n] = weight * _dot(F[n], miss) - pull[n]
     if not factor(H, stiffness):
         return False
-    for m in range(7):
+    for m in range(4):
         half_solve(H, halves[m])
-    for m in range(6):
-        for n in range(m + 1):
-            own, gone = 0.0, 0.0
-            for d in range(3):
-                own += weight * P[m, d] * P[n, d]
-            for k in range(4):
-                gone += halves[m, k] * halves[n, k]
-            A[m, n] += own - gone + (K[m - 3, n - 3] if n >= 3 else 0.0)
-        own, gone = 0.0, 0.0
-        for d in range(3):
-            own += weight * P[m, d] * miss[d]
-        for k in range(4):
-            gone += halves[m, k] * halves[6, k]
-        b[m] += own - gone
+    h0, h1, h2, p = halves[0], halves[1], halves[2], halves[3]
+    n00, n10, n11 = _dot4(h0, h0), _dot4(h1, h0), _dot4(h1, h1)
+    n20, n21, n22 = _dot4(h2, h0), _dot4(h2, h1), _dot4(h2, h2)
+    r0, r1, r2 = _dot4(h0, p), _dot4(h1, p), _dot4(h2, p)
+    A[0, 0] += weight - weight * weight * n00
+    A[1, 0] -= weight * weight * n10
+    A[1, 1] += weight - weight * weight * n11
+    A[2, 0] -= weight * weight * n20
+    A[2, 1] -= weight * weight * n21
+    A[2, 2] += weight - weight * weight * n22
+    a0, a1, a2 = arm[0], arm[1], arm[2]
+    g0, g1, g2 = moment[0], moment[1], moment[2]
+    x00, x01, x02 = g1 * n20 - g2 * n10, g1 * n21 - g2 * n11, g1 * n22 - g2 * n21  # [g] N
+    x10, x11, x12 = g2 * n00 - g0 * n20, g2 * n10 - g0 * n21, g2 * n20 - g0 * n22
+    x20, x21, x22 = g0 * n10 - g1 * n00, g0 * n11 - g1 * n10, g0 * n21 - g1 * n20
+    A[3, 0] -= weight * x00
+    A[3, 1] -= weight * (a2 + x01)
+    A[3, 2] += weight * (a1 - x02)
+    A[4, 0] += weight * (a2 - x10)
+    A[4, 1] -= weight * x11
+    A[4, 2] -= weight * (a0 + x12)
+    A[5, 0] -= weight * (a1 + x20)
+    A[5, 1] += weight * (a0 - x21)
+    A[5, 2] -= weight * x22
+    A[3, 3] += g1 * a1 + g2 * a2 + damping - (g1 * x02 - g2 * x01)
+    A[4, 3] -= 0.5 * (g0 * a1 + g1 * a0) + (g1 * x12 - g2 * x11)
+    A[4, 4] += g0 * a0 + g2 * a2 + damping - (g2 * x10 - g0 * x12)
+    A[5, 3] -= 0.5 * (g0 * a2 + g2 * a0) + (g1 * x22 - g2 * x21)
+    A[5, 4] -= 0.5 * (g1 * a2 + g2 * a1) + (g2 * x20 - g0 * x22)
+    A[5, 5] += g0 * a0 + g1 * a1 + damping - (g0 * x21 - g1 * x20)
+    m0, m1, m2 = weight * miss[0], weight * miss[1], weight * miss[2]
+    b[0] += m0 - weight * r0
+    b[1] += m1 - weight * r1
+    b[2] += m2 - weight * r2
+    b[3] += a1 * m2 - a2 * m1 - (g1 * r2 - g2 * r1)
+    b[4] += a2 * m0 - a0 * m2 - (g2 * r0 - g0 * r2)
+    b[5] += a0 * m1 - a1 * m0 - (g0 * r1 - g1 * r0)
     return True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def follow(weight, delta, miss, F, P, H, halves, bend, force):
+def follow(weight, delta, miss, arm, F, moment, H, halves, bend, force):
     """What the palm's step δ (6,) leaves: bend (4,) rad and force (3,), both written."""
+    s0, s1, s2, t0, t1, t2 = delta[0], delta[1], delta[2], delta[3], delta[4], delta[5]
+    y0 = weight * s0 + (t1 * moment[2] - t2 * moment[1])
+    y1 = weight * s1 + (t2 * moment[0] - t0 * moment[2])
+    y2 = weight * s2 + (t0 * moment[1] - t1 * moment[0])
     for n in range(4):
-        bend[n] = halves[6, n]
-        for m in range(6):
-            bend[n] -= halves[m, n] * delta[m]
+        bend[n] = halves[3, n] - (halves[0, n] * y0 + halves[1, n] * y1 + halves[2, n] * y2)
     other_half(H, bend)
+    force[0] = miss[0] - s0 - (t1 * arm[2] - t2 * arm[1])
+    force[1] = miss[1] - s1 - (t2 * arm[0] - t0 * arm[2])
+    force[2] = miss[2] - s2 - (t0 * arm[1] - t1 * arm[0])
     for d in range(3):
-        left = miss[d]
-        for m in range(6):
-            left -= P[m, d] * delta[m]
         for n in range(4):
-            left -= F[n, d] * bend[n]
-        force[d] = weight * left
+            force[d] -= F[n, d] * bend[n]
+        force[d] *= weight
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _set_curvature(curved, axes, f, arm, F, reach, H, halves, K):
-    """−f · ∂²tip: by two angles into H, by angle and turn into halves, by the turn into K."""
-    H[:] = 0.0
-    halves[:] = 0.0
+def _set_curvature(weight, curved, axes, f, arm, F, reach, moment, H):
+    """g, and −f · ∂²tip by two angles into H; or what damps, for the palm's turn returned."""
+    for d in range(3):
+        moment[d] = weight * arm[d] + (f[d] if curved else 0.0)
     if not curved:
-        size = math.sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2])
+        H[:] = 0.0
+        size = math.sqrt(_dot(f, f))
         for n in range(4):
             H[n, n] = size * reach[n]
-        length = math.sqrt(arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2])
-        K[0, 0] = K[1, 1] = K[2, 2] = size * length
-        return
+        return size * math.sqrt(_dot(arm, arm))
     for n in range(4):
-        for d in range(3):
-            i, j = (d + 1) % 3, (d + 2) % 3
-            halves[3 + d, n] = f[i] * F[n, j] - f[j] * F[n, i]
+        c0 = f[1] * F[n, 2] - f[2] * F[n, 1]
+        c1 = f[2] * F[n, 0] - f[0] * F[n, 2]
+        c2 = f[0] * F[n, 1] - f[1] * F[n, 0]
         for m in range(n + 1):
-            for d in range(3):
-                H[n, m] += axes[m, d] * halves[3 + d, n]
-    for d in range(3):
-        i, j = (d + 1) % 3, (d + 2) % 3
-        K[d, d] = f[i] * arm[i] + f[j] * arm[j]
-        for e in range(d):
-            K[d, e] = -0.5 * (f[d] * arm[e] + f[e] * arm[d])
+            H[n, m] = axes[m, 0] * c0 + axes[m, 1] * c1 + axes[m, 2] * c2
+    return 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _dot(one, other):
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _dot4(one, other):
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2] + one[3] * other[3]

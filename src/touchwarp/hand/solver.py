@@ -74,10 +74,10 @@ def solve_hand(
     """
     turns, joints = np.empty((7, 3, 3)), np.empty((4, 3))
     moved_axes = np.empty((5, 4, 3))
-    F, P, arm = np.empty((5, 4, 3)), np.empty((5, 6, 3)), np.empty((5, 3))
+    F, arm, moment = np.empty((5, 4, 3)), np.empty((5, 3)), np.empty((5, 3))
     reach, stiffness, pull = np.empty((5, 4)), np.empty((5, 4)), np.empty((5, 4))
     miss, held, force = np.empty((5, 3)), np.zeros((5, 3)), np.zeros((5, 3))
-    H, halves, bend = np.empty((5, 4, 4)), np.empty((5, 7, 4)), np.zeros((5, 4))
+    H, halves, bend = np.empty((5, 4, 4)), np.empty((5, 4, 4)), np.zeros((5, 4))
     A, b, springs = np.empty((6, 6)), np.empty(6), np.empty(6)
     springs[:3], springs[3:] = SHIFT * SHIFT, TURN * TURN
     theta, work, increment = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
@@ -114,9 +114,7 @@ def solve_hand(
                 moved_axes[i],
                 q[i],
                 bounds[i],
-                arm[i],
                 F[i],
-                P[i],
                 reach[i],
                 stiffness[i],
                 pull[i],
@@ -141,10 +139,10 @@ def solve_hand(
                         miss[i],
                         arm[i],
                         F[i],
-                        P[i],
                         reach[i],
                         stiffness[i],
                         pull[i],
+                        moment[i],
                         H[i],
                         halves[i],
                         A,
@@ -159,7 +157,18 @@ def solve_hand(
             largest = max(largest, 10.0 * abs(b[d]), abs(b[3 + d]))
         for i in range(5):
             if weight[i] > 0.0:
-                follow(weight[i], b, miss[i], F[i], P[i], H[i], halves[i], bend[i], force[i])
+                follow(
+                    weight[i],
+                    b,
+                    miss[i],
+                    arm[i],
+                    F[i],
+                    moment[i],
+                    H[i],
+                    halves[i],
+                    bend[i],
+                    force[i],
+                )
                 for n in range(4):
                     largest = max(largest, abs(bend[i, n]))
         share = STRIDE / largest if largest > STRIDE else 1.0

@@ -1,5 +1,12 @@
 import { describe, expect, it } from "vitest";
-import { factor, factorFour, halfSolve, halfSolveFour } from "../src/hand/definite.js";
+import {
+  factor,
+  factorFour,
+  halfSolve,
+  halfSolveFour,
+  otherHalf,
+  otherHalfFour,
+} from "../src/hand/definite.js";
 
 /** M Mᵀ with a little on the diagonal, or taken away from it. */
 function matrix(seed: number, more: number): Float64Array {
@@ -35,6 +42,9 @@ describe("four unknowns", () => {
       const c = b.slice();
       halfSolve(one, 4, b, 8);
       halfSolveFour(other, c, 8);
+      expect(c).toEqual(b);
+      otherHalf(one, 4, b);
+      otherHalfFour(other, c);
       expect(c).toEqual(b);
     }
     expect(refused).toBeGreaterThan(20);

@@ -88,10 +88,16 @@ export class Triangles {
       const toOne = this.#away(one, px, py, pz);
       const toOther = this.#away(other, px, py, pz);
       const oneFirst = toOne <= toOther;
-      waiting[top] = oneFirst ? other : one;
-      distances[top++] = oneFirst ? toOther : toOne;
-      waiting[top] = oneFirst ? one : other;
-      distances[top++] = oneFirst ? toOne : toOther;
+      const farther = oneFirst ? toOther : toOne;
+      const nearer = oneFirst ? toOne : toOther;
+      if (farther < this.squared) {
+        waiting[top] = oneFirst ? other : one;
+        distances[top++] = farther;
+      }
+      if (nearer < this.squared) {
+        waiting[top] = oneFirst ? one : other;
+        distances[top++] = nearer;
+      }
     }
     return found;
   }

@@ -5,9 +5,13 @@ const ORDER = ["fail", "warn", "unknown", "pass"] as const;
 const WORDS = { fail: "fails", warn: "beware", unknown: "unknown", pass: "holds" } as const;
 const SIGNS = { fail: "✕", warn: "!", unknown: "?", pass: "✓" } as const;
 
-/** The certificate's lines, the worst first; each leads to its place, or tells why it has none. */
+/**
+ * The certificate's lines, the worst first; each leads to its place, or tells why it has none.
+ * @param used identity of the warp in use, which may be another one than was checked.
+ */
 export function certificatePanel(
   certificate: Certificate | null,
+  used: string | null,
   chosen: CheckLine | null,
   choose: (line: CheckLine) => void,
 ): TemplateResult {
@@ -15,6 +19,7 @@ export function certificatePanel(
   const shown = certificate.checks.filter((line) => line.group !== "told");
   const told = certificate.checks.filter((line) => line.group === "told");
   return html`
+    ${used === null || used === certificate.identity ? nothing : html`<p class="quiet earlier">Of the solved warp, before what was changed.</p>`}
     <p class="verdict ${certificate.status}">
       <i>${SIGNS[certificate.status]}</i>
       ${ORDER.map((status) => {

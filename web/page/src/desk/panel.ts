@@ -99,7 +99,7 @@ function panel(context: Context, shown: Shown, act: Actions): TemplateResult {
     </section>
     <section>
       <h2>Certificate</h2>
-      ${certificatePanel(state.certificate, shown.chosen, act.check)}
+      ${certificatePanel(state.certificate, context.tables.file?.identity ?? null, shown.chosen, act.check)}
     </section>
     <footer>${exactness(context)}<br />touchwarp ${state.version}</footer>`;
 }

@@ -5,11 +5,12 @@ const JOINTS = 25;
 /** Fingertips in WebXR's order of joints, thumb first. */
 export const TIPS = [4, 9, 14, 19, 24] as const;
 
-/** From here on, m, a fingertip that comes near counts more, up to this many times when it touches. */
+/**
+ * From here on, m from its skin to the prop, a fingertip that comes near counts more, up to this many
+ * times when it touches; farther away its centre is displayed for itself.
+ */
 const NEAR = 0.03;
 const FIRST = 100;
-/** Farther than this, m, from a prop a fingertip's centre is displayed for itself: with any radius. */
-const RANGE = 0.06;
 const USUAL_RADIUS = 0.008;
 /** The index finger leads a hand that is displayed as one piece. */
 const LEADER = 1;
@@ -41,7 +42,7 @@ export class DisplayedHand {
     onset?: number,
     readonly mode: NonNullable<HandOptions["mode"]> = "fingertips",
   ) {
-    this.#surface = new FollowedRows(placed, 5, RANGE);
+    this.#surface = new FollowedRows(placed, 5);
     const eased = onset === undefined ? {} : { onset };
     this.#retargeter = new HandRetargeter({
       mode,
@@ -101,9 +102,12 @@ export class DisplayedHand {
   /** Fingers near the prop come first, the more the nearer, so that what touches is exact. */
   #weigh(poses: Float32Array, radii: Float32Array): void {
     const [tips, nearest, normals] = [this.#tips, this.#nearest, this.normals];
+    let range = 0;
     for (let finger = 0; finger < 5; finger++) {
       for (let d = 0; d < 3; d++) tips[3 * finger + d] = poses[16 * TIPS[finger]! + 12 + d]!;
+      range = Math.max(range, NEAR + radiusOf(radii, finger));
     }
+    this.#surface.range = range;
     this.#surface.nearest(tips, nearest, normals);
     for (let finger = 0; finger < 5; finger++) {
       let square = 0;
@@ -113,12 +117,16 @@ export class DisplayedHand {
         square += away * away;
         side += away * normals[d]!;
       }
-      const told = radii[TIPS[finger]!]!;
       const distance = side < 0 ? -Math.sqrt(square) : Math.sqrt(square);
-      const gap = distance - (told > 0 ? told : USUAL_RADIUS);
+      const gap = distance - radiusOf(radii, finger);
       const nearness = Math.abs(gap) < NEAR ? 1 - Math.abs(gap) / NEAR : 0; // 0 if lost
       this.gaps[finger] = gap;
       this.#weights[finger] = 1 + (FIRST - 1) * nearness ** 2;
     }
   }
+}
+
+function radiusOf(radii: Float32Array, finger: number): number {
+  const told = radii[TIPS[finger]!]!;
+  return told > 0 ? told : USUAL_RADIUS;
 }

@@ -74,16 +74,14 @@ export class PlacedSurfaces {
 
 /** Nearest places of placed surfaces for the rows of one array, which move from frame to frame. */
 export class FollowedRows implements NearestSurface {
+  /** m: of what is farther, no more is told than that. */
+  range = Number.POSITIVE_INFINITY;
   #points: FollowedPoints;
   #place = new Vector3();
 
-  /**
-   * @param range m: of what is farther, no more is told than that.
-   */
   constructor(
     readonly placed: PlacedSurfaces,
     rows: number,
-    readonly range: number,
   ) {
     this.#points = new FollowedPoints(placed.surfaces, rows);
   }

@@ -118,10 +118,10 @@ export class TouchAudit {
     };
   }
 
-  /** "7.4 mm: 5.0 tracker, 2.0 calibration, 0.4 latency, 0.02 warp". */
+  /** "Gap 7.4 mm: 5.0 tracker, 2.0 calibration, 0.4 latency, 0.02 warp". */
   get line(): string {
     const { typical } = this;
-    if (!typical) return "no contact yet";
+    if (!typical) return "No contact yet.";
     const causes: [string, number][] = [
       ["tracker", typical.tracking],
       ["calibration", typical.calibration],
@@ -130,7 +130,7 @@ export class TouchAudit {
     ];
     causes.sort(([, one], [, other]) => Math.abs(other) - Math.abs(one));
     const parts = causes.map(([name, size]) => `${inMm(size)} ${name}`);
-    return `${inMm(typical.gap)} mm: ${parts.join(", ")}`;
+    return `Gap ${inMm(typical.gap)} mm: ${parts.join(", ")}`;
   }
 
   /** Whether the prop seems to have moved since it was calibrated: time to do it again. */

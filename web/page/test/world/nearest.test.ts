@@ -1,29 +1,9 @@
 import { Vector3 } from "three";
 import { expect, test } from "vitest";
-import { ContactSurface, SurfaceFoot } from "../../src/calibrate/surface.js";
+import { SurfaceFoot } from "../../src/calibrate/surface.js";
 import { FollowedPoints } from "../../src/world/nearest.js";
 import { seeded } from "../calibrate/rubbing.js";
-
-/** A sphere of triangles. */
-function ball(centre: Vector3, radius: number): ContactSurface {
-  const positions: number[] = [];
-  const faces: number[] = [];
-  const [rings, sides] = [24, 48];
-  for (let ring = 0; ring <= rings; ring++) {
-    for (let side = 0; side < sides; side++) {
-      const point = new Vector3().setFromSphericalCoords(
-        radius,
-        (Math.PI * ring) / rings,
-        (2 * Math.PI * side) / sides,
-      );
-      positions.push(...point.add(centre).toArray());
-      if (ring === rings) continue;
-      const [at, next] = [ring * sides + side, ring * sides + ((side + 1) % sides)];
-      faces.push(at, at + sides, next, next, at + sides, next + sides);
-    }
-  }
-  return new ContactSurface(Float32Array.from(positions), Uint32Array.from(faces));
-}
+import { ball } from "./ball.js";
 
 const surfaces = [ball(new Vector3(), 0.04), ball(new Vector3(0.1, 0.02, 0), 0.03)];
 

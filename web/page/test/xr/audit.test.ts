@@ -82,14 +82,14 @@ describe("the touch audit", () => {
     const normal = new Vector3(0, 0, 1);
     const rest = { time: 0, hand: 1, finger: 1, signal: "stopped", normal, warp: 0 } as const;
     audit.add({ ...rest, gapAtContact: 0.004, gapSettled: 0.006 });
-    expect(audit.line).toMatch(/^4\.0 mm: .*−2\.0 latency/);
+    expect(audit.line).toMatch(/^Gap 4\.0 mm: .*−2\.0 latency/);
     expect(audit.typical!.latency).toBeCloseTo(-0.002, 12);
   });
 
   it("says it in one line, the greatest cause first", () => {
-    expect(new TouchAudit().line).toBe("no contact yet");
+    expect(new TouchAudit().line).toBe("No contact yet.");
     expect(audited(new Vector3(0, 0, 0), 0.006).line).toMatch(
-      /^[\d.]+ mm: [\d.]+ tracker, .* latency.*, 0\.0\d warp$/,
+      /^Gap [\d.]+ mm: [\d.]+ tracker, .* latency.*, 0\.0\d warp$/,
     );
   });
 });

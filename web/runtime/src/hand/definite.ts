@@ -102,3 +102,14 @@ export function otherHalf(L: Float64Array, n: number, b: Float64Array): void {
     b[i] = sum * L[n * i + i]!;
   }
 }
+
+/** `otherHalf` of four unknowns. */
+export function otherHalfFour(L: Float64Array, b: Float64Array): void {
+  const x3 = b[3]! * L[15]!;
+  const x2 = (b[2]! - L[14]! * x3) * L[10]!;
+  const x1 = (b[1]! - L[9]! * x2 - L[13]! * x3) * L[5]!;
+  b[0] = (b[0]! - L[4]! * x1 - L[8]! * x2 - L[12]! * x3) * L[0]!;
+  b[1] = x1;
+  b[2] = x2;
+  b[3] = x3;
+}

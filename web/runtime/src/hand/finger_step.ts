@@ -1,4 +1,4 @@
-import { factorFour, halfSolveFour, otherHalf } from "./definite.js";
+import { factorFour, halfSolveFour, otherHalfFour } from "./definite.js";
 
 /** (m/rad)²: what bending and spreading a joint cost, per squared miss of a fingertip. */
 const FLEX = 6e-3 ** 2;
@@ -14,9 +14,12 @@ const LIMIT = 0.2 ** 2;
  * springs and squared miss, w FᵀF (F the motion of the tip by the angles), less f · ∂²tip: how the
  * tip's path bends. That force has settled long before the miss has, whose own is far too great at
  * first. Where springs do not outweigh it, |f| times the lengths of the arms does as damping.
+ *
+ * The palm's turn moves the tip by θ × a, a the arm, and what angle and turn bend together goes with
+ * f × F: so both come in as g = w a + f, and what the angles leave to the palm by F H⁻¹ Fᵀ alone.
  */
 export class FingerStep {
-  /** (3) m, from the tip to where it should be, and from the palm's centre to the tip. */
+  /** (3) m, from the tip to where it should be, and a, from the palm's centre to the tip. */
   readonly miss = new Float64Array(3);
   readonly arm = new Float64Array(3);
   /** (3) f, as the last step left it. */
@@ -28,184 +31,223 @@ export class FingerStep {
   private readonly reach = new Float64Array(4);
   private readonly stiffness = new Float64Array(4);
   private readonly pull = new Float64Array(4);
+  /** (3) g. */
+  private readonly moment = new Float64Array(3);
   private readonly H = new Float64Array(16);
-  /** (7, 4): the palm's six columns and the right side, by half of H⁻¹. */
-  private readonly halves = new Float64Array(28);
-  /** (3, 3): f · ∂²tip by the palm's turn; lower half. */
-  private readonly K = new Float64Array(9);
-  private readonly P = Float64Array.of(1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0);
+  /** (4, 4): F's columns and the angles' right side, by half of H⁻¹. */
+  private readonly halves = new Float64Array(16);
 
   /**
    * Where the finger is: springs and slopes.
-   * @param joints (4, 3) m and axes (4, 3), as displayed now.
-   * @param q its four angles, and `bounds` (4, 2) theirs, from `at` and 2 `at` on.
+   * @param joints (4, 3) m, as displayed now.
+   * @param axes (5, 4, 3) as displayed now, q (5, 4) and bounds (5, 4, 2).
+   * @param finger which of the five this is.
    */
   linearise(
     joints: Float64Array,
     axes: Float64Array,
     q: Float64Array,
     bounds: Float64Array,
-    at: number,
+    finger: number,
   ): void {
-    const { F, P, arm, reach, stiffness, pull } = this;
+    const { F, reach, stiffness, pull } = this;
     for (let n = 0; n < 4; n++) {
-      const angle = q[at + n]!;
-      const beyond = angle - bounded(q, bounds, at + n);
+      const angle = q[4 * finger + n]!;
+      const beyond = angle - bounded(q, bounds, 4 * finger + n);
       const spring = n === 1 ? ABDUCT : FLEX;
       stiffness[n] = beyond === 0 ? spring : spring + LIMIT;
       pull[n] = spring * angle + LIMIT * beyond;
-      const j = 3 * Math.max(n - 1, 0);
+      const j = n === 0 ? 0 : 3 * n - 3;
       const x = joints[9]! - joints[j]!;
       const y = joints[10]! - joints[j + 1]!;
       const z = joints[11]! - joints[j + 2]!;
       reach[n] = Math.sqrt(x * x + y * y + z * z);
-      F[3 * n] = axes[3 * n + 1]! * z - axes[3 * n + 2]! * y;
-      F[3 * n + 1] = axes[3 * n + 2]! * x - axes[3 * n]! * z;
-      F[3 * n + 2] = axes[3 * n]! * y - axes[3 * n + 1]! * x;
+      const at = 12 * finger + 3 * n;
+      const a0 = axes[at]!;
+      const a1 = axes[at + 1]!;
+      const a2 = axes[at + 2]!;
+      F[3 * n] = a1 * z - a2 * y;
+      F[3 * n + 1] = a2 * x - a0 * z;
+      F[3 * n + 2] = a0 * y - a1 * x;
     }
-    // the tip's motion by the palm's: rows 0 … 2 by its shift, 3 … 5 by its turn
-    P[10] = -arm[2]!;
-    P[11] = arm[1]!;
-    P[12] = arm[2]!;
-    P[14] = -arm[0]!;
-    P[15] = -arm[1]!;
-    P[16] = arm[0]!;
   }
 
   /**
    * Eliminate the angles, adding what is left to the palm's equations A δ = b; lower half of A.
-   * @param axes (4, 3) as displayed now, from `at` on.
+   * @param axes (5, 4, 3) as displayed now.
    * @param curved whether paths bend, or are damped instead.
    * @returns false where springs do not outweigh the bending; A and b are then not to be used.
    */
   eliminate(
     weight: number,
     axes: Float64Array,
-    at: number,
+    finger: number,
     curved: boolean,
     A: Float64Array,
     b: Float64Array,
   ): boolean {
-    const { F, H, P, halves, miss, pull, stiffness } = this;
-    this.setCurvature(axes, at, curved);
+    const { F, H, halves, miss, pull, stiffness } = this;
+    const damping = this.setCurvature(weight, axes, 12 * finger, curved);
     for (let n = 0; n < 4; n++) {
-      const f0 = weight * F[3 * n]!;
-      const f1 = weight * F[3 * n + 1]!;
-      const f2 = weight * F[3 * n + 2]!;
+      const f0 = F[3 * n]!;
+      const f1 = F[3 * n + 1]!;
+      const f2 = F[3 * n + 2]!;
       for (let m = 0; m <= n; m++) {
         const fF = f0 * F[3 * m]! + f1 * F[3 * m + 1]! + f2 * F[3 * m + 2]!;
-        H[4 * n + m] = H[4 * n + m]! + fF;
+        H[4 * n + m] = H[4 * n + m]! + weight * fF;
       }
       H[5 * n] = H[5 * n]! + stiffness[n]!;
-      // P begins with the unit matrix, and its other half is a cross product's
       halves[n] = f0;
       halves[4 + n] = f1;
       halves[8 + n] = f2;
-      halves[12 + n] = halves[12 + n]! + (f1 * P[10]! + f2 * P[11]!);
-      halves[16 + n] = halves[16 + n]! + (f0 * P[12]! + f2 * P[14]!);
-      halves[20 + n] = halves[20 + n]! + (f0 * P[15]! + f1 * P[16]!);
-      halves[24 + n] = f0 * miss[0]! + f1 * miss[1]! + f2 * miss[2]! - pull[n]!;
+      halves[12 + n] = weight * (f0 * miss[0]! + f1 * miss[1]! + f2 * miss[2]!) - pull[n]!;
     }
     if (!factorFour(H, stiffness)) {
       return false;
     }
-    for (let m = 0; m < 28; m += 4) {
+    for (let m = 0; m < 16; m += 4) {
       halfSolveFour(H, halves, m);
     }
-    this.addTo(weight, A, b);
+    this.addTo(weight, damping, A, b);
     return true;
   }
 
-  /** What is left of the finger, into the palm's equations. */
-  private addTo(weight: number, A: Float64Array, b: Float64Array): void {
-    const { K, P, halves, miss } = this;
-    for (let m = 0; m < 6; m++) {
-      const h0 = halves[4 * m]!;
-      const h1 = halves[4 * m + 1]!;
-      const h2 = halves[4 * m + 2]!;
-      const h3 = halves[4 * m + 3]!;
-      const p0 = weight * P[3 * m]!;
-      const p1 = weight * P[3 * m + 1]!;
-      const p2 = weight * P[3 * m + 2]!;
-      for (let n = 0; n <= m; n++) {
-        const by = 4 * n;
-        const gone =
-          h0 * halves[by]! + h1 * halves[by + 1]! + h2 * halves[by + 2]! + h3 * halves[by + 3]!;
-        // the palm's shift is the tip's own
-        const own =
-          n < 3 ? weight * P[3 * m + n]! : p0 * P[3 * n]! + p1 * P[3 * n + 1]! + p2 * P[3 * n + 2]!;
-        const bent = n < 3 ? 0 : K[3 * m + n - 12]!;
-        A[6 * m + n] = A[6 * m + n]! + (own - gone + bent);
-      }
-      const own = p0 * miss[0]! + p1 * miss[1]! + p2 * miss[2]!;
-      const gone = h0 * halves[24]! + h1 * halves[25]! + h2 * halves[26]! + h3 * halves[27]!;
-      b[m] = b[m]! + (own - gone);
-    }
+  /**
+   * What is left of the finger, into the palm's equations. With N = F H⁻¹ Fᵀ and r = F H⁻¹ p, p the
+   * angles' right side, shift and turn are left with
+   *
+   *     w I − w² N,   w [a] − w [g] N,   w [a][a]ᵀ + K − [g] N [g]ᵀ;   w (miss − r),   w a × miss − g × r,
+   *
+   * [a] the matrix of a ×. w [a][a]ᵀ + K, K how the path by the turn bends, is the symmetric part of
+   * g·a I − g aᵀ.
+   */
+  private addTo(w: number, damping: number, A: Float64Array, b: Float64Array): void {
+    const { arm, halves: h, miss, moment } = this;
+    const n00 = h[0]! * h[0]! + h[1]! * h[1]! + h[2]! * h[2]! + h[3]! * h[3]!;
+    const n10 = h[4]! * h[0]! + h[5]! * h[1]! + h[6]! * h[2]! + h[7]! * h[3]!;
+    const n11 = h[4]! * h[4]! + h[5]! * h[5]! + h[6]! * h[6]! + h[7]! * h[7]!;
+    const n20 = h[8]! * h[0]! + h[9]! * h[1]! + h[10]! * h[2]! + h[11]! * h[3]!;
+    const n21 = h[8]! * h[4]! + h[9]! * h[5]! + h[10]! * h[6]! + h[11]! * h[7]!;
+    const n22 = h[8]! * h[8]! + h[9]! * h[9]! + h[10]! * h[10]! + h[11]! * h[11]!;
+    const r0 = h[0]! * h[12]! + h[1]! * h[13]! + h[2]! * h[14]! + h[3]! * h[15]!;
+    const r1 = h[4]! * h[12]! + h[5]! * h[13]! + h[6]! * h[14]! + h[7]! * h[15]!;
+    const r2 = h[8]! * h[12]! + h[9]! * h[13]! + h[10]! * h[14]! + h[11]! * h[15]!;
+    const ww = w * w;
+    A[0] = A[0]! + (w - ww * n00);
+    A[6] = A[6]! - ww * n10;
+    A[7] = A[7]! + (w - ww * n11);
+    A[12] = A[12]! - ww * n20;
+    A[13] = A[13]! - ww * n21;
+    A[14] = A[14]! + (w - ww * n22);
+    const a0 = arm[0]!;
+    const a1 = arm[1]!;
+    const a2 = arm[2]!;
+    const g0 = moment[0]!;
+    const g1 = moment[1]!;
+    const g2 = moment[2]!;
+    // [g] N
+    const x00 = g1 * n20 - g2 * n10;
+    const x01 = g1 * n21 - g2 * n11;
+    const x02 = g1 * n22 - g2 * n21;
+    const x10 = g2 * n00 - g0 * n20;
+    const x11 = g2 * n10 - g0 * n21;
+    const x12 = g2 * n20 - g0 * n22;
+    const x20 = g0 * n10 - g1 * n00;
+    const x21 = g0 * n11 - g1 * n10;
+    const x22 = g0 * n21 - g1 * n20;
+    A[18] = A[18]! - w * x00;
+    A[19] = A[19]! - w * (a2 + x01);
+    A[20] = A[20]! + w * (a1 - x02);
+    A[24] = A[24]! + w * (a2 - x10);
+    A[25] = A[25]! - w * x11;
+    A[26] = A[26]! - w * (a0 + x12);
+    A[30] = A[30]! - w * (a1 + x20);
+    A[31] = A[31]! + w * (a0 - x21);
+    A[32] = A[32]! - w * x22;
+    A[21] = A[21]! + (g1 * a1 + g2 * a2 + damping - (g1 * x02 - g2 * x01));
+    A[27] = A[27]! - (0.5 * (g0 * a1 + g1 * a0) + (g1 * x12 - g2 * x11));
+    A[28] = A[28]! + (g0 * a0 + g2 * a2 + damping - (g2 * x10 - g0 * x12));
+    A[33] = A[33]! - (0.5 * (g0 * a2 + g2 * a0) + (g1 * x22 - g2 * x21));
+    A[34] = A[34]! - (0.5 * (g1 * a2 + g2 * a1) + (g2 * x20 - g0 * x22));
+    A[35] = A[35]! + (g0 * a0 + g1 * a1 + damping - (g0 * x21 - g1 * x20));
+    const m0 = w * miss[0]!;
+    const m1 = w * miss[1]!;
+    const m2 = w * miss[2]!;
+    b[0] = b[0]! + (m0 - w * r0);
+    b[1] = b[1]! + (m1 - w * r1);
+    b[2] = b[2]! + (m2 - w * r2);
+    b[3] = b[3]! + (a1 * m2 - a2 * m1 - (g1 * r2 - g2 * r1));
+    b[4] = b[4]! + (a2 * m0 - a0 * m2 - (g2 * r0 - g0 * r2));
+    b[5] = b[5]! + (a0 * m1 - a1 * m0 - (g0 * r1 - g1 * r0));
   }
 
   /** What the palm's step δ leaves to the angles, and the force that is left. */
   follow(weight: number, delta: Float64Array): void {
-    const { F, H, P, bend, force, halves, miss } = this;
+    const { F, H, arm, bend, force, halves, miss, moment } = this;
+    const s0 = delta[0]!;
+    const s1 = delta[1]!;
+    const s2 = delta[2]!;
+    const t0 = delta[3]!;
+    const t1 = delta[4]!;
+    const t2 = delta[5]!;
+    const y0 = weight * s0 + (t1 * moment[2]! - t2 * moment[1]!);
+    const y1 = weight * s1 + (t2 * moment[0]! - t0 * moment[2]!);
+    const y2 = weight * s2 + (t0 * moment[1]! - t1 * moment[0]!);
     for (let n = 0; n < 4; n++) {
-      let sum = halves[24 + n]!;
-      for (let m = 0; m < 6; m++) {
-        sum -= halves[4 * m + n]! * delta[m]!;
-      }
-      bend[n] = sum;
+      const palm = halves[n]! * y0 + halves[4 + n]! * y1 + halves[8 + n]! * y2;
+      bend[n] = halves[12 + n]! - palm;
     }
-    otherHalf(H, 4, bend);
-    for (let d = 0; d < 3; d++) {
-      let left = miss[d]!;
-      for (let m = 0; m < 6; m++) {
-        left -= P[3 * m + d]! * delta[m]!;
-      }
-      for (let n = 0; n < 4; n++) {
-        left -= F[3 * n + d]! * bend[n]!;
-      }
-      force[d] = weight * left;
+    otherHalfFour(H, bend);
+    let left0 = miss[0]! - s0 - (t1 * arm[2]! - t2 * arm[1]!);
+    let left1 = miss[1]! - s1 - (t2 * arm[0]! - t0 * arm[2]!);
+    let left2 = miss[2]! - s2 - (t0 * arm[1]! - t1 * arm[0]!);
+    for (let n = 0; n < 4; n++) {
+      const angle = bend[n]!;
+      left0 -= F[3 * n]! * angle;
+      left1 -= F[3 * n + 1]! * angle;
+      left2 -= F[3 * n + 2]! * angle;
     }
+    force[0] = weight * left0;
+    force[1] = weight * left1;
+    force[2] = weight * left2;
   }
 
-  /** −f · ∂²tip: by two angles into H, by an angle and the palm's turn into `halves`, by the turn into K. */
-  private setCurvature(axes: Float64Array, at: number, curved: boolean): void {
-    const { F, H, K, arm, force, halves, reach } = this;
+  /**
+   * g, and −f · ∂²tip by two angles into H; or what damps instead, which for the palm's turn is
+   * returned.
+   */
+  private setCurvature(weight: number, axes: Float64Array, at: number, curved: boolean): number {
+    const { F, H, arm, force, moment, reach } = this;
     const f0 = force[0]!;
     const f1 = force[1]!;
     const f2 = force[2]!;
-    const x = arm[0]!;
-    const y = arm[1]!;
-    const z = arm[2]!;
+    const g0 = weight * arm[0]!;
+    const g1 = weight * arm[1]!;
+    const g2 = weight * arm[2]!;
     if (curved) {
+      moment[0] = g0 + f0;
+      moment[1] = g1 + f1;
+      moment[2] = g2 + f2;
       for (let n = 0; n < 4; n++) {
         const c0 = f1 * F[3 * n + 2]! - f2 * F[3 * n + 1]!;
         const c1 = f2 * F[3 * n]! - f0 * F[3 * n + 2]!;
         const c2 = f0 * F[3 * n + 1]! - f1 * F[3 * n]!;
-        halves[12 + n] = c0;
-        halves[16 + n] = c1;
-        halves[20 + n] = c2;
         for (let m = 0; m <= n; m++) {
           const axis = at + 3 * m;
           H[4 * n + m] = axes[axis]! * c0 + axes[axis + 1]! * c1 + axes[axis + 2]! * c2;
         }
       }
-      K[0] = f1 * y + f2 * z;
-      K[3] = -0.5 * (f0 * y + f1 * x);
-      K[4] = f0 * x + f2 * z;
-      K[6] = -0.5 * (f0 * z + f2 * x);
-      K[7] = -0.5 * (f1 * z + f2 * y);
-      K[8] = f0 * x + f1 * y;
-      return;
+      return 0;
     }
+    moment[0] = g0;
+    moment[1] = g1;
+    moment[2] = g2;
     const size = Math.sqrt(f0 * f0 + f1 * f1 + f2 * f2);
     H.fill(0);
-    halves.fill(0);
-    K.fill(0);
     for (let n = 0; n < 4; n++) {
       H[5 * n] = size * reach[n]!;
     }
-    K[0] = size * Math.sqrt(x * x + y * y + z * z);
-    K[4] = K[0];
-    K[8] = K[0];
+    return size * Math.sqrt(arm[0]! * arm[0]! + arm[1]! * arm[1]! + arm[2]! * arm[2]!);
   }
 }
 

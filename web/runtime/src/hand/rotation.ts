@@ -19,6 +19,37 @@ export function turnAbout(axis: Float64Array, at: number, angle: number, R: Floa
   R[8] = c + o * z * z;
 }
 
+/**
+ * out = T R, R the rotation by `angle` about the unit axis a at `axis[at…]`, and moved[at…] = T a.
+ *
+ * Row by row, t R = cos t + sin (t × a) + (1 − cos) (t · a) a. out is not T.
+ */
+export function turnOn(
+  T: Float64Array,
+  axis: Float64Array,
+  at: number,
+  angle: number,
+  out: Float64Array,
+  moved: Float64Array,
+): void {
+  const c = Math.cos(angle);
+  const s = Math.sin(angle);
+  const x = axis[at]!;
+  const y = axis[at + 1]!;
+  const z = axis[at + 2]!;
+  for (let d = 0; d < 3; d++) {
+    const t0 = T[3 * d]!;
+    const t1 = T[3 * d + 1]!;
+    const t2 = T[3 * d + 2]!;
+    const along = t0 * x + t1 * y + t2 * z;
+    const part = (1 - c) * along;
+    out[3 * d] = c * t0 + s * (t1 * z - t2 * y) + part * x;
+    out[3 * d + 1] = c * t1 + s * (t2 * x - t0 * z) + part * y;
+    out[3 * d + 2] = c * t2 + s * (t0 * y - t1 * x) + part * z;
+    moved[at + d] = along;
+  }
+}
+
 const unit = new Float64Array(3);
 
 /** R = rotation by |(x, y, z)| about it. */

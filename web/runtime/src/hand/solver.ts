@@ -17,14 +17,7 @@
 
 import { factor, halfSolve, otherHalf } from "./definite.js";
 import { bounded, FingerStep } from "./finger_step.js";
-import {
-  multiply,
-  multiplyTransposed,
-  rotate,
-  rotationVector,
-  turnAbout,
-  turnBy,
-} from "./rotation.js";
+import { multiply, multiplyTransposed, rotationVector, turnBy, turnOn } from "./rotation.js";
 
 /** Steps at most; 6 to 10 do. */
 const STEPS = 24;
@@ -75,13 +68,12 @@ export class HandSolver {
   /** Joints and bones' turns of the finger that was placed last. */
   readonly joints = new Float64Array(12);
   readonly turns = [new Float64Array(9), new Float64Array(9), new Float64Array(9)] as const;
-  private readonly moved = new Float64Array(12);
+  /** (5, 4, 3) axes as displayed now. */
+  private readonly moved = new Float64Array(60);
   private readonly one = new Float64Array(9);
   private readonly other = new Float64Array(9);
   private readonly between = new Float64Array(9);
 
-  /** (5, 4, 3) axes as displayed now. */
-  private readonly turned = new Float64Array(60);
   private readonly fingers = Array.from({ length: 5 }, () => new FingerStep());
   private readonly held = new Float64Array(15);
   private readonly A = new Float64Array(36);
@@ -118,45 +110,31 @@ export class HandSolver {
     }
   }
 
-  /** A finger as displayed: `joints` and `turns`. */
+  /** A finger as displayed: `joints`, `turns` and its `moved` axes. */
   place(finger: number): void {
-    const { chain, q, joints, turns, axes, moved, palmTurn, one, other, between } = this;
+    const { centre, chain, q, joints, turns, axes, moved, palmShift, palmTurn, between } = this;
     const at = 12 * finger;
+    const n = 4 * finger;
+    const [base, middle, last] = turns;
+    turnOn(palmTurn, axes, at, q[n]!, between, moved); // what the axis of abduction turns with
+    turnOn(between, axes, at + 3, q[n + 1]!, base, moved);
+    turnOn(base, axes, at + 6, q[n + 2]!, middle, moved);
+    turnOn(middle, axes, at + 9, q[n + 3]!, last, moved);
+    const x = chain[at]! - centre[0]!;
+    const y = chain[at + 1]! - centre[1]!;
+    const z = chain[at + 2]! - centre[2]!;
     for (let d = 0; d < 3; d++) {
-      let sum = this.centre[d]! + this.palmShift[d]!;
-      for (let e = 0; e < 3; e++) {
-        sum += palmTurn[3 * d + e]! * (chain[at + e]! - this.centre[e]!);
-      }
-      joints[d] = sum;
+      const turned = palmTurn[3 * d]! * x + palmTurn[3 * d + 1]! * y + palmTurn[3 * d + 2]! * z;
+      joints[d] = centre[d]! + palmShift[d]! + turned;
     }
-    turnAbout(axes, at, q[4 * finger]!, one);
-    multiply(palmTurn, one, between); // what the axis of abduction turns with
-    turnAbout(axes, at + 3, q[4 * finger + 1]!, other);
-    multiply(between, other, turns[0]);
-    turnAbout(axes, at + 6, q[4 * finger + 2]!, one);
-    multiply(turns[0], one, turns[1]);
-    turnAbout(axes, at + 9, q[4 * finger + 3]!, one);
-    multiply(turns[1], one, turns[2]);
-    for (let n = 0; n < 3; n++) {
-      const T = turns[n]!;
-      const from = at + 3 * n;
-      const x = chain[from + 3]! - chain[from]!;
-      const y = chain[from + 4]! - chain[from + 1]!;
-      const z = chain[from + 5]! - chain[from + 2]!;
-      for (let d = 0; d < 3; d++) {
-        joints[3 * n + 3 + d] =
-          joints[3 * n + d]! + T[3 * d]! * x + T[3 * d + 1]! * y + T[3 * d + 2]! * z;
-      }
-    }
-    rotate(palmTurn, axes, at, moved, 0);
-    rotate(between, axes, at + 3, moved, 3);
-    rotate(turns[0], axes, at + 6, moved, 6);
-    rotate(turns[1], axes, at + 9, moved, 9);
+    addBone(base, chain, at, joints, 0);
+    addBone(middle, chain, at + 3, joints, 3);
+    addBone(last, chain, at + 6, joints, 6);
   }
 
   /** Each finger where it is now; at the halt what it misses is added to its target. */
   private linearise(halt: boolean): void {
-    const { joints, moved, held, target } = this;
+    const { joints, held, target } = this;
     for (let i = 0; i < 5; i++) {
       if (!(this.weight[i]! > 0)) {
         continue;
@@ -171,10 +149,7 @@ export class HandSolver {
         miss[d] = left + held[3 * i + d]!;
         arm[d] = joints[9 + d]! - this.centre[d]! - this.palmShift[d]!;
       }
-      this.fingers[i]!.linearise(joints, moved, this.q, this.bounds, 4 * i);
-      for (let n = 0; n < 12; n++) {
-        this.turned[12 * i + n] = moved[n]!;
-      }
+      this.fingers[i]!.linearise(joints, this.moved, this.q, this.bounds, i);
     }
   }
 
@@ -192,7 +167,7 @@ export class HandSolver {
     }
     for (let i = 0; i < 5; i++) {
       const weight = this.weight[i]!;
-      if (weight > 0 && !this.fingers[i]!.eliminate(weight, this.turned, 12 * i, curved, A, b)) {
+      if (weight > 0 && !this.fingers[i]!.eliminate(weight, this.moved, i, curved, A, b)) {
         return false;
       }
     }
@@ -252,4 +227,20 @@ export class HandSolver {
       target[3 * i + 2]! - joints[11]!,
     );
   }
+}
+
+/** The joint after that at joints[to…], one turned bone on; the tracked bone starts at chain[from…]. */
+function addBone(
+  T: Float64Array,
+  chain: Float64Array,
+  from: number,
+  joints: Float64Array,
+  to: number,
+): void {
+  const x = chain[from + 3]! - chain[from]!;
+  const y = chain[from + 4]! - chain[from + 1]!;
+  const z = chain[from + 5]! - chain[from + 2]!;
+  joints[to + 3] = joints[to]! + T[0]! * x + T[1]! * y + T[2]! * z;
+  joints[to + 4] = joints[to + 1]! + T[3]! * x + T[4]! * y + T[5]! * z;
+  joints[to + 5] = joints[to + 2]! + T[6]! * x + T[7]! * y + T[8]! * z;
 }

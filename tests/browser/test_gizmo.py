@@ -1,0 +1,144 @@
+"""The virtual object moved, turned and scaled by the gizmo: the numbers, the warp and the file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from playwright.sync_api import Page, expect
+from scipy.spatial.transform import Rotation
+
+import touchwarp as tw
+from tests.browser.desk import handle_of, open_page, wait_until, whole_warp
+from tests.browser.server import Server
+
+Serve = Callable[[Path], Server]
+Numbers = dict[str, NDArray[np.float64]]
+
+KINDS = ("translation", "rotation_deg", "scale")
+UNITS = {"translation": 1e3, "rotation_deg": 1.0, "scale": 1.0}
+PIXELS = {"Move": (-20.0, -10.0, 8.0), "Scale": (-10.0, -10.0, 4.0), "Turn": (5.0, 5.0, 5.0)}
+"""How far outwards handles of x, y, z are dragged: no threshold comes on to the colour scale."""
+
+
+@pytest.mark.parametrize(("mode", "kind"), [("Move", "translation"), ("Scale", "scale")])
+def test_the_gizmo_changes_one_axis_and_the_warp_with_it(
+    page: Page, serve: Serve, ball: Path, screenshots: Path, mode: str, kind: str
+) -> None:
+    desk = Desk(page, serve(ball), mode)
+    for k, axis in enumerate("xyz"):
+        before, after = desk.drag(axis)
+        moved = {name: after[name] - before[name] for name in KINDS}
+        least = 3.0 if kind == "translation" else 0.03
+        assert np.sign(PIXELS[mode][k]) * moved[kind][k] > least, (
+            "outwards it grows, inwards it shrinks"
+        )
+        moved[kind][k] = 0.0
+        for name in KINDS:
+            np.testing.assert_array_equal(moved[name], 0.0, err_msg=name)
+    page.screenshot(path=screenshots / f"gizmo-{mode.lower()}.png")
+    desk.check_saved()
+
+
+def test_the_gizmo_turns_about_each_axis_and_the_warp_with_it(
+    page: Page, serve: Serve, ball: Path, screenshots: Path
+) -> None:
+    desk = Desk(page, serve(ball), "Turn")
+    for axis, direction in zip("xyz", np.eye(3), strict=True):
+        before, after = desk.drag(axis)
+        turned = (turn_of(after) * turn_of(before).inv()).as_rotvec(degrees=True)
+        assert abs(turned @ direction) > 2.0
+        np.testing.assert_allclose(turned - (turned @ direction) * direction, 0.0, atol=0.1)
+        for name in ("translation", "scale"):
+            np.testing.assert_array_equal(after[name], before[name])
+    page.screenshot(path=screenshots / "gizmo-turn.png")
+    desk.check_saved()
+
+
+class Desk:
+    """The page, with the gizmo in one mode."""
+
+    def __init__(self, page: Page, server: Server, mode: str) -> None:
+        self.page, self.path, self.mode = page, server.path, mode
+        self.surface = tw.load_scene(server.path).props[0].surface
+        open_page(page, server.url)
+        expect(page.get_by_text("Every change is live")).to_be_visible()
+        whole_warp(page)
+        page.get_by_text(mode, exact=True).click()
+        self._check_displayed()
+
+    def drag(self, axis: str) -> tuple[Numbers, Numbers]:
+        """Drag one handle; the numbers before and after. The warp follows while it is held."""
+        before = self._numbers()
+        page = self.page
+        grip, way = handle_of(page, axis)
+        by = PIXELS[self.mode]["xyz".index(axis)]
+        page.mouse.move(*grip)
+        page.mouse.down()
+        for step in range(1, 6):
+            page.mouse.move(*(grip + way * by * step / 5))
+        expect(page.locator(".exactness")).to_contain_text("Live warp")
+        wait_until(page, lambda: self._differs(before), f"{axis} does not move")
+        self._check_displayed()
+        after = self._numbers()
+        page.mouse.up()
+        return before, after
+
+    def check_saved(self) -> None:
+        """The solved warp and the file have what the numbers say."""
+        whole_warp(self.page)
+        told = self._numbers()
+        self._check_displayed()
+        self.page.locator("button[name=save]").click()
+        expect(self.page.locator(".note")).to_have_text(f"Saved to {self.path.name}.")
+        goal = tw.load_scene(self.path).props[0].goal
+        assert isinstance(goal, tw.TransformGoal)
+        for kind in KINDS:
+            saved = UNITS[kind] * np.array(getattr(goal, kind) or (0.0, 0.0, 0.0))
+            np.testing.assert_allclose(saved, told[kind], rtol=0.006, atol=0.006)
+
+    def _numbers(self) -> Numbers:
+        told = self.page.locator("table.numbers input").evaluate_all(
+            "(inputs) => inputs.map((input) => [input.name, Number(input.value)])"
+        )
+        values = dict(told)
+        return {kind: np.array([values[f"{kind}-{k}"] for k in range(3)]) for kind in KINDS}
+
+    def _differs(self, before: Numbers) -> bool:
+        now = self._numbers()
+        return any((now[kind] != before[kind]).any() for kind in KINDS)
+
+    def _check_displayed(self) -> None:
+        """The scale of mismatch ends where the numbers have the farthest place of the prop.
+
+        It is the warp's own: each vertex of the prop is looked up in it.
+        """
+        end = self.page.locator(".legend[data-field=mismatch] .ends span").last
+
+        def follows() -> bool:
+            told = float(re.sub(r"[^\d.]", "", end.inner_text()))
+            return abs(told - self._greatest_shift()) < 0.6
+
+        wait_until(self.page, follows, "the warp does not follow the object")
+
+    def _greatest_shift(self) -> float:
+        """mm, by the numbers."""
+        told = self._numbers()
+        goal = tw.TransformGoal(
+            scale=list(told["scale"]),
+            rotation_deg=list(told["rotation_deg"]),
+            translation=list(1e-3 * told["translation"]),
+        )
+        vertices = self.surface.vertices
+        matrix = goal.affine(np.array([vertices.min(axis=0), vertices.max(axis=0)]))
+        shown = vertices @ matrix[:3, :3].T + matrix[:3, 3]
+        return 1e3 * float(np.linalg.norm(shown - vertices, axis=1).max())
+
+
+def turn_of(told: Numbers) -> Rotation:
+    """R = Rz Ry Rx."""
+    return Rotation.from_euler("ZYX", told["rotation_deg"][::-1], degrees=True)
