@@ -4,7 +4,8 @@
         [--picture FILE.png]
 
 A box whose edge is rounded by 10 mm shown with 30 mm, the mug as the tea cup, and a bottle as a
-banana. Claimed: the mismatch falls with every step of the weight, by 30 % at the far end.
+banana. Claimed: the mismatch falls with every step of the weight, by 30 % at the far end. The
+picture of `docs/limits.md` is drawn by `--picture docs/images/curvature_weight.png`.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
@@ -62,10 +63,12 @@ def curvature_mismatch(
         outward: 1 where the prop's, and the virtual surface's, normals look outward, else −1.
         radius: m, of the fingertip.
     """
-    prop = refine(Surface(goal.prop_points, goal.faces), radius / EDGES_PER_RADIUS)
-    felt = _curvature(prop, outward[0], radius)
-    other = refine(virtual, radius / EDGES_PER_RADIUS)
-    curvature = _curvature(other, outward[1], radius)
+    with ThreadPoolExecutor() as pool:
+        (prop, felt), (other, curvature) = pool.map(
+            lambda surface, sign: _refined(surface, sign, radius),
+            (Surface(goal.prop_points, goal.faces), virtual),
+            outward,
+        )
     on_prop = SurfaceTree(goal.prop_points, goal.faces)
     at = on_prop.nearest(prop.vertices)
     corners = goal.faces[at.elements]
@@ -84,6 +87,8 @@ def curvature_mismatch(
     )
 
 
-def _curvature(surface: Surface, outward: float, radius: float) -> Curvature:
-    mean, gaussian = fingertip_curvature(surface.vertices, surface.faces, radius)
-    return Curvature(outward * mean, gaussian)
+def _refined(surface: Surface, outward: float, radius: float) -> tuple[Surface, Curvature]:
+    """The surface with edges short beside a fingertip, and the curvature at its vertices."""
+    fine = refine(surface, radius / EDGES_PER_RADIUS)
+    mean, gaussian = fingertip_curvature(fine.vertices, fine.faces, radius)
+    return fine, Curvature(outward * mean, gaussian)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -156,24 +157,29 @@ def measure_map(
     cosine = (felt_outward * seen_outward) * np.einsum(
         "ij,ij->i", taken.normals, face_normals(virtual.vertices, virtual.faces)[below.elements]
     )
-    maps = tangent_maps(goal)
-    gradient, gradient_inverse = displacement_gradients(goal, maps)
-    used = np.unique(goal.faces)
+    with ThreadPoolExecutor() as pool:
+        curvature = pool.submit(curvature_mismatch, goal, virtual, (felt_outward, seen_outward))
+        edges = pool.submit(edge_mismatch, goal, virtual, seed)
+        maps = tangent_maps(goal)
+        gradient, gradient_inverse = displacement_gradients(goal, maps)
+        stretch = stretches(maps)
+        used = np.unique(goal.faces)
+        vertex_distance = tree.nearest(goal.virtual_points[used]).distance
     return MapMeasures(
         goal=goal,
         virtual=virtual,
         area=face_areas(goal.prop_points, goal.faces),
         image_area=face_areas(goal.virtual_points, goal.faces),
-        stretch=stretches(maps),
+        stretch=stretch,
         gradient=gradient,
         gradient_inverse=gradient_inverse,
         coverage=coverage,
         samples=taken,
         distance=below.distance,
-        vertex_distance=tree.nearest(goal.virtual_points[used]).distance,
+        vertex_distance=vertex_distance,
         turn=np.arccos(np.clip(cosine, -1.0, 1.0)),
-        curvature=curvature_mismatch(goal, virtual, (felt_outward, seen_outward)),
-        edges=edge_mismatch(goal, virtual, seed),
+        curvature=curvature.result(),
+        edges=edges.result(),
         landmark_error=_landmark_error(goal),
     )
 

@@ -73,7 +73,7 @@ def _twins(faces: Int, count: int) -> Int:
     return twin
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _refine(vertices, faces, twin, n, m, longest_squared):
     """Divide until edges are short or the arrays full; the new numbers of vertices and faces."""
     stack = np.empty(4096, np.int64)

@@ -15,6 +15,8 @@ from touchwarp.goals.maps.layout import Layout, area_and_gradient, frames_at, mo
 from touchwarp.goals.maps.layout_cache import cache_folder, keep_layout, load_layout
 from touchwarp.goals.maps.locate import Locator
 from touchwarp.goals.maps.parameterise import lay_out, work_mesh
+from touchwarp.goals.maps.rings import build_rings
+from touchwarp.goals.maps.settle import star_area
 from touchwarp.scene.shapes import box, ellipsoid
 from touchwarp.scene.surface import Surface
 
@@ -99,6 +101,27 @@ def test_area_gradients_are_those_of_small_moves(flat: bool) -> None:
             assert slope == pytest.approx((ends[0] - ends[1]) / 2e-6, abs=1e-8)
     octant = np.eye(3)
     assert area_and_gradient(octant, False, other) == pytest.approx(np.pi / 2)
+
+
+@pytest.mark.parametrize(("turned", "agree"), [(0, True), (1, False)])
+def test_a_vertex_by_itself_sees_the_triangles_of_the_layout(
+    layout: Layout, turned: int, agree: bool
+) -> None:
+    """What single vertices descend by is what all together do; the next triangle is another."""
+    faces, flat = layout.mesh.faces, layout.flat
+    ring, shift, degree, _ = build_rings(faces, layout.corner_shift, len(layout.points))
+    frames = layout.frames()
+    areas, slopes = layout.shares * layout.domain_area, layout.area_gradients(frames)[:, 0]
+    differ = []
+    for f in range(0, len(faces), 20):
+        v = faces[f, 0]
+        i = (np.flatnonzero(ring[v] == faces[f, 1])[0] + turned) % degree[v]
+        area, *gradient = star_area(
+            v, layout.points[v], i, (ring, shift, degree), layout.points, flat
+        )
+        found = np.array([area, *(gradient @ frames[v])])
+        differ.append(np.abs(found - [areas[f], *slopes[f]]).max() / areas[f])
+    assert (max(differ) < 1e-9) == agree
 
 
 def test_a_layout_is_kept_and_found_by_content() -> None:

@@ -88,6 +88,38 @@ def test_vertices_show_what_they_showed(matched: tuple[Pair, Found, Plan]) -> No
     assert moved.max() < 0.01
 
 
+def moved_by_settling(matched: tuple[Pair, Found, Plan], patch: pytest.MonkeyPatch) -> float:
+    """How far images move, on average, when all vertices settle anew; in edges of the prop."""
+    pair, found, plan = matched
+    mend = module.untangled
+
+    def mend_all(layout: Layout) -> tuple[Layout, NDArray[np.bool_]]:
+        mended, moved = mend(layout)
+        return mended, np.ones_like(moved)
+
+    patch.setattr(module, "untangled", mend_all)
+    before = images(found.layout, pair.virtual)
+    after = images(*unsheared(pair, found.layout, plan.weights))
+    mesh = found.layout.mesh
+    edges = mesh.vertices[mesh.faces] - mesh.vertices[np.roll(mesh.faces, 1, axis=1)]
+    moved = np.linalg.norm(after - before, axis=1).mean()
+    return float(moved / np.linalg.norm(edges, axis=2).mean())
+
+
+def test_what_settles_anew_stays_where_it_was_best(
+    matched: tuple[Pair, Found, Plan], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The energy is the same on either domain, as density makes up for what areas are there."""
+    assert moved_by_settling(matched, monkeypatch) < 0.1
+
+
+def test_that_claim_rejects_areas_of_the_other_domain(
+    matched: tuple[Pair, Found, Plan], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "_density", lambda prop, *_: np.ones(len(prop.mesh.faces)))
+    assert moved_by_settling(matched, monkeypatch) > 0.3
+
+
 def test_a_surface_that_cannot_be_laid_out_for_shapes_keeps_its_layout(
     matched: tuple[Pair, Found, Plan], monkeypatch: pytest.MonkeyPatch
 ) -> None:

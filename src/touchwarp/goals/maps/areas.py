@@ -139,11 +139,11 @@ def _star(layout: Layout, target: NDArray[np.float64]) -> tuple[NDArray[np.float
     return (*rings, after) if built else None
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _even_out(star, points, rounds, flat):
     """Move each vertex by itself by damped Newton steps on Σ A²/a + a around it, so many rounds."""
     whole = 1.0 if flat else 4 * np.pi
-    corners, gradient, trial = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    trial = np.empty(3)
     for _ in range(rounds):
         for v in range(len(points)):
             x, y, z = points[v]
@@ -151,11 +151,10 @@ def _even_out(star, points, rounds, flat):
             before, g_s, g_t, h_ss, h_st, h_tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for i in range(star[2][v]):
                 wanted = star[3][v, i]
-                area = star_area(v, points[v], i, star, points, corners, gradient, flat) / whole
-                a, b = 0.0, 0.0
-                for d in range(3):
-                    a += gradient[0, d] * frame[d] / whole
-                    b += gradient[0, d] * frame[3 + d] / whole
+                area, p, q, r = star_area(v, points[v], i, star, points, flat)
+                area /= whole
+                a = (p * frame[0] + q * frame[1] + r * frame[2]) / whole
+                b = (p * frame[3] + q * frame[4] + r * frame[5]) / whole
                 before += (area - wanted) ** 2 / area
                 first, second = 1.0 - (wanted / area) ** 2, 2.0 * wanted**2 / area**3
                 g_s, g_t = g_s + first * a, g_t + first * b
@@ -176,7 +175,7 @@ def _even_out(star, points, rounds, flat):
                 after = 0.0
                 for i in range(star[2][v]):
                     wanted = star[3][v, i]
-                    area = star_area(v, trial, i, star, points, corners, gradient, flat) / whole
+                    area = star_area(v, trial, i, star, points, flat)[0] / whole
                     after += (area - wanted) ** 2 / area if area > 0.0 else np.inf
                 if after < before:
                     points[v] = trial

@@ -55,7 +55,7 @@ def collapse_to(
     return Collapsed(ring, shift, degree, alive, removed, counts, rings, shifts)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _collapse_all(vertices, ring, shift, degree, least, points, guarded):
     n = len(vertices)
     removed = np.empty(n, np.int32)

@@ -123,7 +123,7 @@ def _lay_torus(points: NDArray[np.float64], left: Collapsed) -> bool:
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _put_back(
     vertices,
     points,
@@ -176,7 +176,7 @@ def _put_back(
     return turned
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def sweep(vertices, points, ring, shift, degree, alive, scale, target, slope, flat, rounds, shape):
     for _ in range(rounds):
         for v in range(len(vertices)):

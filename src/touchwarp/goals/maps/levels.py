@@ -123,7 +123,7 @@ def faces_of(ring, shift, degree, alive):
     return faces, shifts
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def return_vertices(
     vertices,
     points,

@@ -84,7 +84,7 @@ class Locator:
         )
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _locate(points, start, corners, neighbours, jumps, flat):
     q = len(points)
     found = np.empty(q, np.int64)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import product
 from typing import Any
@@ -68,10 +69,8 @@ def area_preserving_goal(
         seed=spec.seed,
     )
     found = _search(pair, plan, progress)
-    one, other = (
-        polish_areas(layout, target_shares(layout.mesh.face_areas), KEPT)
-        for layout in _whole(tidied, found.layout, pair.virtual)
-    )
+    with ThreadPoolExecutor() as pool:
+        one, other = pool.map(_areas_kept, _whole(tidied, found.layout, pair.virtual))
     return _goal(spec, pair, found, [(one, other)], _area_spread(one), start, progress)
 
 
@@ -133,6 +132,10 @@ def _whole(tidied: tuple[Tidied, Tidied], prop: Layout, virtual: Layout) -> tupl
     return tidied[0].restore(prop), tidied[1].restore(virtual)
 
 
+def _areas_kept(layout: Layout) -> Layout:
+    return polish_areas(layout, target_shares(layout.mesh.face_areas), KEPT)
+
+
 def _area_spread(layout: Layout) -> float:
     return spread(layout.shares, target_shares(layout.mesh.face_areas))
 
@@ -145,21 +148,25 @@ def _pair(
     progress: Progress | None,
 ) -> tuple[tuple[Tidied, Tidied], Pair]:
     """Both surfaces without needles, then laid out, with the fields that have a weight."""
-    tidied = work_mesh(prop.surface, "the prop"), work_mesh(spec.virtual, "the virtual object")
+    # What takes long for a surface lets go of the interpreter's lock: both are worked on at once.
+    with ThreadPoolExecutor() as pool:
+        one, other = pool.map(
+            work_mesh, (prop.surface, spec.virtual), ("the prop", "the virtual object")
+        )
+    tidied = one, other
     meshes = tidied[0].mesh, tidied[1].mesh
     check_topology(*meshes, spec.kind)
     handles = meshes[0].genus > 1
     if handles:
         meshes = tidied[0].whole, tidied[1].whole
-    layouts, markings = [], []
-    for k, mesh in enumerate(meshes):
-        if progress is not None:
-            progress("laying the surfaces out", k / 2)
+    if progress is not None:
+        progress("laying the surfaces out", 0.0)
+    with ThreadPoolExecutor() as pool:
         if handles:
-            markings.append(find_marking(mesh))
+            markings = [find_marking(mesh) for mesh in meshes]
         else:
-            layouts.append(lay_out(mesh))
-    fields = [_fields(mesh, *field_weights) for mesh in meshes]
+            layouts = list(pool.map(lay_out, meshes))
+        fields = list(pool.map(lambda mesh: _fields(mesh, *field_weights), meshes))
     placed = [
         _on_surface(mesh, landmarks[:, k], what)
         for k, (mesh, what) in enumerate(zip(meshes, ("prop", "virtual object"), strict=True))

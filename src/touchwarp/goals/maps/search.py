@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -167,15 +168,14 @@ def search_map(pair: Pair, plan: Plan, progress: Progress | None = None) -> Foun
         plan.seed,
         plan.starts,
     )
-    energies = []
-    best: Levels | None = None
-    for k, first in enumerate(firsts):
-        tell("coarse maps", k / len(firsts))
-        levels = Levels(first, COARSEST)
-        energies.append(_coarse(pair, plan, levels))
-        if energies[-1] <= min(energies):
-            best = levels
-    assert best is not None
+    tell("coarse maps", 0.0)
+    coarse = []
+    with ThreadPoolExecutor() as pool:
+        for found in pool.map(lambda first: _coarse(pair, plan, first), firsts):
+            coarse.append(found)
+            tell("coarse maps", len(coarse) / len(firsts))
+    energies = [energy for energy, _ in coarse]
+    best = coarse[int(np.argmin(energies))][1]
     whole = len(pair.prop.points)
     while True:
         count = GROWTH * best.count
@@ -195,8 +195,9 @@ def search_map(pair: Pair, plan: Plan, progress: Progress | None = None) -> Foun
     return Found(best.whole_layout(), energies, pair.size)
 
 
-def _coarse(pair: Pair, plan: Plan, levels: Levels) -> float:
-    """Refine the coarsest level along the plan's path; its energy at the end."""
+def _coarse(pair: Pair, plan: Plan, first: Layout) -> tuple[float, Levels]:
+    """A first map's coarsest level, refined along the plan's path, and its energy then."""
+    levels = Levels(first, COARSEST)
     levels.relax(40)
     chosen, layout = levels.now()
     layout = polish_areas(layout, target_shares(layout.mesh.face_areas), COARSE_AREA_AIM)
@@ -204,4 +205,4 @@ def _coarse(pair: Pair, plan: Plan, levels: Levels) -> float:
     for weights in plan.path():
         layout = problem.refine(layout, weights, COARSE_STEPS)
     levels.points[chosen] = layout.points
-    return problem.energy(layout, plan.weights)
+    return problem.energy(layout, plan.weights), levels

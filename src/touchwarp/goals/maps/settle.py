@@ -15,7 +15,6 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from touchwarp.goals.maps.layout import area_and_gradient
 from touchwarp.goals.maps.locate import value_and_slopes, walk_to
 from touchwarp.goals.maps.star import tangents
 
@@ -45,7 +44,7 @@ def corner_tables(faces, ring, degree, of_faces, of_corners):
     return after, across
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def settle(
     star, points, face, felt, virtual, weights, shares, plane, standing, chosen, rounds, flat
 ):
@@ -72,7 +71,6 @@ def settle(
         frame = tangents(points[v, 0], points[v, 1], points[v, 2], flat)
         value_and_slopes(points[v], face[v], virtual, frame, seen[v], slopes, flat)
     wanted, pull = np.empty(channels), np.empty(channels)
-    corners, gradient = np.empty((3, 3)), np.empty((3, 3))
     own, trial, spare = np.empty(channels), np.empty(3), np.empty((channels, 2))
     for _ in range(rounds):
         for v in chosen:
@@ -91,8 +89,8 @@ def settle(
             x, y, z = points[v]
             frame = tangents(x, y, z, flat)
             value_and_slopes(points[v], face[v], virtual, frame, own, slopes, flat)
-            s, t = _newton_step(v, star, points, aims, own, slopes, frame, corners, gradient, flat)
-            before = _energy(v, points[v], star, points, aims, own, corners, gradient, flat)
+            s, t = _newton_step(v, star, points, aims, own, slopes, frame, flat)
+            before = _energy(v, points[v], star, points, aims, own, flat)
             step = 1.0
             for _ in range(HALVINGS):
                 for d in range(3):
@@ -101,14 +99,14 @@ def settle(
                     trial /= np.sqrt((trial**2).sum())
                 there = walk_to(trial, face[v], virtual, flat)
                 value_and_slopes(trial, there, virtual, frame, own, spare, flat)
-                if _energy(v, trial, star, points, aims, own, corners, gradient, flat) < before:
+                if _energy(v, trial, star, points, aims, own, flat) < before:
                     points[v], face[v], seen[v] = trial, there, own
                     break
                 step *= SHORTER
 
 
 @njit(cache=True, error_model="numpy")
-def _newton_step(v, star, points, aims, own, slopes, frame, corners, gradient, flat):
+def _newton_step(v, star, points, aims, own, slopes, frame, flat):
     """The move (s, t) along the frame that would be best were the energy quadratic."""
     wanted, pull, plane, hold, area_weight = aims
     g_s, g_t, h_ss, h_st, h_tt = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -126,11 +124,10 @@ def _newton_step(v, star, points, aims, own, slopes, frame, corners, gradient, f
         h_ss, h_st, h_tt = h_ss + hold * a * a, h_st + hold * a * b, h_tt + hold * b * b
     whole = 1.0 if flat else 4 * np.pi
     for i in range(star[2][v]):
-        area = star_area(v, points[v], i, star, points, corners, gradient, flat) / whole
-        a, b = 0.0, 0.0
-        for d in range(3):
-            a += gradient[0, d] * frame[d] / whole
-            b += gradient[0, d] * frame[3 + d] / whole
+        area, x, y, z = star_area(v, points[v], i, star, points, flat)
+        area /= whole
+        a = (x * frame[0] + y * frame[1] + z * frame[2]) / whole
+        b = (x * frame[3] + y * frame[4] + z * frame[5]) / whole
         square = star[3][v, i] ** 2
         first = 0.5 * area_weight * (1.0 - square / area**2)
         second = area_weight * square / area**3
@@ -143,7 +140,7 @@ def _newton_step(v, star, points, aims, own, slopes, frame, corners, gradient, f
 
 
 @njit(cache=True, error_model="numpy")
-def _energy(v, place, star, points, aims, own, corners, gradient, flat):
+def _energy(v, place, star, points, aims, own, flat):
     wanted, pull, plane, hold, area_weight = aims
     energy = 0.0
     for c in range(len(own)):
@@ -153,7 +150,7 @@ def _energy(v, place, star, points, aims, own, corners, gradient, flat):
         energy += hold * off**2
     whole = 1.0 if flat else 4 * np.pi
     for i in range(star[2][v]):
-        area = star_area(v, place, i, star, points, corners, gradient, flat) / whole
+        area = star_area(v, place, i, star, points, flat)[0] / whole
         if area <= 0.0:
             return np.inf
         energy += area_weight * (star[3][v, i] ** 2 / area + area)
@@ -161,17 +158,36 @@ def _energy(v, place, star, points, aims, own, corners, gradient, flat):
 
 
 @njit(cache=True, error_model="numpy")
-def star_area(v, place, i, star, points, corners, gradient, flat):
-    """The area of the i-th triangle around vertex v, were v at `place`; fills its gradient (3, 3).
+def star_area(v, place, i, star, points, flat):
+    """The i-th triangle around vertex v, were v at `place`: its area, and how that grows with it.
 
-    star: (ring, shift, degree, …) as of `settle`; corners: (3, 3) to fill.
+    What `area_and_gradient` gives for the one corner that moves, with no array to fill.
+
+    Args:
+        v: the vertex; place: (3,).
+        i: the triangle between the i-th neighbour and the next.
+        star: (ring, shift, degree, …) as of `settle`.
+        points: (n, 3) of the domain.
+        flat: whether the domain is the torus.
+
+    Returns:
+        The area, and the three components of its gradient.
     """
     ring, shift, degree = star[0], star[1], star[2]
     j = (i + 1) % degree[v]
-    corners[0] = place
-    corners[1] = points[ring[v, i]]
-    corners[2] = points[ring[v, j]]
-    for d in range(2):
-        corners[1, d] += shift[v, i, d]
-        corners[2, d] += shift[v, j, d]
-    return area_and_gradient(corners, flat, gradient)
+    b, c = ring[v, i], ring[v, j]
+    ax, ay, az = place[0], place[1], place[2]
+    bx, by, bz = points[b, 0] + shift[v, i, 0], points[b, 1] + shift[v, i, 1], points[b, 2]
+    cx, cy, cz = points[c, 0] + shift[v, j, 0], points[c, 1] + shift[v, j, 1], points[c, 2]
+    gx, gy, gz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+    det = ax * gx + ay * gy + az * gz
+    if flat:
+        return 0.5 * det, 0.5 * gx, 0.5 * gy, 0.5 * gz
+    rest = 1.0 + (ax * bx + ay * by + az * bz)
+    rest += bx * cx + by * cy + bz * cz
+    rest += cx * ax + cy * ay + cz * az
+    scale = 2.0 / (det * det + rest * rest)
+    gx = scale * (rest * gx - det * (bx + cx))
+    gy = scale * (rest * gy - det * (by + cy))
+    gz = scale * (rest * gz - det * (bz + cz))
+    return 2.0 * np.arctan2(det, rest), gx, gy, gz

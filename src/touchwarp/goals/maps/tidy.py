@@ -117,7 +117,7 @@ def tidy(mesh: ClosedMesh, tolerance: float, short: float) -> Tidied:
     return Tidied(mesh, slim, chosen, removed[:count], rings[:count].copy(), degrees[:count])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _pass(vertices, ring, shift, degree, alive, tolerance, short, removed, degrees, rings, count):
     old_shift = np.zeros((MOST_NEIGHBOURS, 2))
     for v in range(len(vertices)):
@@ -162,7 +162,7 @@ def _pass(vertices, ring, shift, degree, alive, tolerance, short, removed, degre
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _return(vertices, points, ring, shift, degree, removed, degrees, rings, flat):
     """Let all removed vertices return, the last one first."""
     corners, shifts = np.empty((MOST_NEIGHBOURS, 3)), np.zeros((MOST_NEIGHBOURS, 2))
