@@ -47,6 +47,13 @@ def test_the_wrong_shape_leaves_a_large_residual(kind: str, other: str) -> None:
     assert fit_primitive(kind, points_on(SHAPES[other], 3e-4)).rms_mm > 1.0
 
 
+def test_a_start_turns_and_never_mirrors() -> None:
+    """Angles in a scene say rotations alone, and eigenvectors may be left-handed."""
+    points = points_on(SHAPES["box"], 0.0)
+    start = Fitting(primitives._KINDS["box"], points)._around(np.diag([1.0, 1.0, -1.0]))
+    assert np.linalg.det(start.frame) == pytest.approx(1)
+
+
 def test_a_cylinder_stands_on_its_lower_end() -> None:
     found = fit_primitive("cylinder", points_on(SHAPES["cylinder"], 0.0))
     assert found.T_points_shape[2, 2] > 0

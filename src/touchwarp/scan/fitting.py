@@ -138,6 +138,9 @@ class Fitting:
 
     def _around(self, frame: Float) -> Fit:
         """The shape about as large as the points spread along the axes of a frame."""
+        frame = frame * np.array(
+            [1.0, 1.0, np.sign(np.linalg.det(frame))]
+        )  # eigenvectors' may be −1
         own = self.points @ frame
         low, high = own.min(axis=0), own.max(axis=0)
         reach = np.maximum(0.5 * (high - low), np.exp(SMALLEST))
