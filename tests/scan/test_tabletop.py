@@ -34,6 +34,13 @@ def test_a_tilted_table_is_found_and_cut_away(mug: Surface) -> None:
     assert 0.5 < found.share < 0.8
 
 
+def test_a_small_thing_on_a_wide_table_is_found(mug: Surface) -> None:
+    found = crop_tabletop(noisy(on_table(mug, 1.4, 1e-2), 1e-4).transformed(T))
+    assert found is not None
+    assert found.share > 0.95
+    assert deviation(found.surface, mug.transformed(T)).max_mm < 1.0
+
+
 def test_the_prop_is_set_on_z_0_and_keeps_its_handle(mug: Surface) -> None:
     ready = prepare(noisy(on_table(mug), 5e-5).transformed(T))
     assert ready.found.sound

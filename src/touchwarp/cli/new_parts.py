@@ -78,8 +78,11 @@ def fitted_part(path: Path, kind: str, file: Path) -> Part:
     T = found.T_points_shape
     note = (
         f"a {kind} fitted to {len(points)} points of {path.name}: they lie {found.rms_mm:.2g} mm "
-        f"(rms), at most {found.max_mm:.2g} mm, from it"
+        f"(rms), at most {found.max_mm:.2g} mm, from it, and tell where it ends to "
+        f"{found.known_mm:.2g} mm or better"
     )
+    if found.standing:
+        note += "; none tells its lower end, so it is taken to stand at its lowest point"
     click.echo(f"Fitted {note}.")
     shape = {key: rounded(value) for key, value in found.shape.items()}
     entries = {

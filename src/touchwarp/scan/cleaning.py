@@ -1,11 +1,12 @@
-"""The cheap steps of a repair: duplicates, turned faces, pinched places, fragments, flat caps."""
+"""The cheap steps of a repair: duplicates, turned faces, pinched places, fragments, caps."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from touchwarp.scan.deviation import face_areas
+from touchwarp.scan.curved_cap import least_area_cap
+from touchwarp.scan.deviation import diagonal, face_areas
 from touchwarp.scan.soundness import volume
 from touchwarp.scene.surface import Surface
 from touchwarp.scene.topology import bodies
@@ -22,7 +23,10 @@ PARTING = 1e-3
 
 CAP_FLATNESS = 0.25
 """A hole is capped flat if no corner of its rim is farther off its plane than this part of the
-rim's radius."""
+rim's radius; others only …"""
+
+SMALL_HOLE = 0.06
+"""… if their rim's radius is within this part of the diagonal: 9 mm on a mug."""
 
 
 def without_duplicates(surface: Surface) -> Surface:
@@ -110,17 +114,33 @@ def rims(faces: Int) -> list[Int]:
 
 
 def capped(surface: Surface) -> Surface | None:
-    """Every hole closed by a flat cap with no new vertices; None where one is not flat enough."""
+    """Every hole closed by a cap with no new vertices; None where one is neither flat nor small."""
     caps = [surface.faces]
+    small = SMALL_HOLE * diagonal(surface)
     for rim in rims(surface.faces):
-        cap = _cap(surface.vertices[rim])
+        corners = surface.vertices[rim]
+        cap = _flat_cap(corners)
+        if cap is None and np.linalg.norm(corners - corners.mean(axis=0), axis=1).max() < small:
+            cap = least_area_cap(corners, _joined(surface.faces, rim))
         if cap is None:
             return None
         caps.append(rim[cap])
     return Surface(surface.vertices, np.concatenate(caps))
 
 
-def _cap(rim: Float) -> Int | None:
+def _joined(faces: Int, rim: Int) -> NDArray[np.bool_]:
+    """(n, n): which corners of a rim have an edge between them."""
+    place = np.full(int(faces.max()) + 1, -1)
+    place[rim] = np.arange(len(rim))
+    ends = place[faces[(place[faces] >= 0).sum(axis=1) >= 2]]
+    ends = np.concatenate([ends[:, [0, 1]], ends[:, [1, 2]], ends[:, [2, 0]]])
+    a, b = ends[(ends >= 0).all(axis=1)].T
+    joined = np.zeros((len(rim), len(rim)), dtype=np.bool_)
+    joined[a, b] = joined[b, a] = True
+    return joined
+
+
+def _flat_cap(rim: Float) -> Int | None:
     """Triangles (n − 2, 3) on the corners of a nearly flat polygon (n, 3), or None."""
     import manifold3d
 

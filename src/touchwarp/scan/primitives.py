@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.errors import SceneError
+from touchwarp.scan.fitting import End, Fit, Fitting, Kind
 from touchwarp.scene.nearest import suggest
 
 Float = NDArray[np.float64]
 
-# (numbers of a shape, points in its own frame) → signed distances, m
-Distance = Callable[[Float, Float], Float]
+ELSEWHERE = 0.05
+"""Of the points' extent: how far an end is moved to see whether the points tell it."""
+TOLD = 7.0
+"""Standard deviations of a touch by which the distances (root of their sum of squares) then grow at
+least. An end that was touched in three places has 26 or more; one that was not has up to 6, where
+points at its edge happen to suit it."""
+SURE = 2.0
+"""Standard deviations by which what is told as known is known."""
+LEAST_NOISE, MOST_NOISE = 1e-3, 1e-2
+"""Of the points' extent: no touch is believed to be more exact, 0.1 mm on a can; and what lies
+farther off shows that the thing is of another shape, not that it was touched badly."""
+SPARE = 3
+"""Points beyond a shape's own numbers, so that their distances tell something."""
+DOWN = np.cos(np.radians(20))
+"""A flat end that looks down by so much is what the thing stands on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +41,10 @@ class Primitive:
         T_points_shape: (4, 4) rigid: the shape's own frame (a cylinder stands on z = 0, the others
             are centred) to that of the points.
         rms_mm, max_mm: the distances of the points from the surface.
+        known_mm: to how much the points tell the least certain of its ends (two standard
+            deviations).
+        standing: nothing tells its lower end, as of a thing that stands on a table, and its lowest
+            point was taken.
     """
 
     kind: str
@@ -34,77 +52,119 @@ class Primitive:
     T_points_shape: Float
     rms_mm: float
     max_mm: float
-
-
-@dataclass(frozen=True)
-class _Kind:
-    distance: Distance
-    sizes: int
-    least_points: int
+    known_mm: float
+    standing: bool
 
 
 def fit_primitive(kind: str, points: Float) -> Primitive:
-    """Least squares of the distances from points (n, 3) m to the surface.
+    """Least squares of the distances from points (n, 3) m, z up, to the surface.
 
-    Started from principal axes in every order, and the best is taken. Points must lie on all sides:
-    a box touched on one face only has no depth.
+    Started from principal axes in every order and from even rotations, and the best is taken. Then
+    each end is moved and all else fitted again: where the distances hardly grow, the points do not
+    tell where the shape ends, and it is refused. The lower end of a box or a cylinder that stands
+    is taken where its lowest point is.
 
     Raises:
-        SceneError: an unknown kind, too few points, points that are not finite or lie in a plane.
+        SceneError: an unknown kind, too few points, points that are not finite, lie in a plane or
+            leave an end open.
     """
-    from scipy.optimize import least_squares
-    from scipy.spatial.transform import Rotation
-
     if kind not in _KINDS:
         raise SceneError(f"unknown shape '{kind}'. {suggest(kind, _KINDS)}")
     points = np.asarray(points, dtype=np.float64)
-    shape = _KINDS[kind]
-    if points.ndim != 2 or points.shape[1] != 3 or len(points) < shape.least_points:
+    least = _KINDS[kind].freedoms + SPARE
+    if points.ndim != 2 or points.shape[1] != 3 or len(points) < least:
         raise SceneError(
-            f"points of shape {points.shape} came; at least {shape.least_points} points (n, 3) are "
+            f"points of shape {points.shape} came; at least {least} points (n, 3) are "
             f"needed for a {kind}: measure more, on all its sides."
         )
     if not np.isfinite(points).all():
         raise SceneError("some of the points are NaN or infinite; measure them again.")
-    centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    spread, axes = np.linalg.eigh(np.cov(points.T))
+    spread = np.linalg.eigvalsh(np.cov(points.T))
     if spread[0] < 1e-6 * spread[2]:
         raise SceneError(
             f"the {len(points)} points lie in a plane; a {kind} needs points on all its sides."
         )
-    scale = float(np.ptp(points, axis=0).max())
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    extent = float(np.ptp(points, axis=0).max())
+    fitting = Fitting(_KINDS[kind], (points - middle) / extent)
+    fit = fitting.best()
+    growths = _growths(fitting, fit)
+    floor = _floor(fitting, _loose(fitting, fit, growths))
+    held = [] if floor is None else [floor]
+    if held:
+        fit = fitting.solve(fit, held)
+        growths = _growths(fitting, fit, held)
+    loose = _loose(fitting, fit, growths)
+    if loose:
+        raise SceneError(_refusal(kind, len(points), loose, ELSEWHERE * extent))
+    # the sum of squares grows as the square of the way: how far it is to SURE² variances of it
+    least_growth = min(growth for _, growth in growths)
+    known = ELSEWHERE * SURE * max(_noise(fitting, fit), LEAST_NOISE) / float(np.sqrt(least_growth))
+    return _primitive(kind, fitting, fit, middle, extent, known, bool(held))
 
-    def residuals(x: Float) -> Float:
-        R = Rotation.from_rotvec(x[3:6]).as_matrix() @ start
-        sizes = scale * np.exp(x[6:])
-        own = (points - centre - scale * x[:3]) @ R
-        return np.asarray(shape.distance(sizes, own)) / scale
 
-    best, frame = None, np.eye(3)
-    frames = [axes[:, np.roll([0, 1, 2], k)] for k in range(3)] + [np.eye(3)]
-    for start in frames:
-        start = start * np.array([1.0, 1.0, np.sign(np.linalg.det(start))])
-        half = 0.5 * np.ptp((points - centre) @ start, axis=0)
-        sizes = {1: [half.mean()], 2: [half[:2].mean(), half[2]], 3: half}[shape.sizes]
-        x = np.concatenate([np.zeros(6), np.log(np.asarray(sizes) / scale)])
-        found = least_squares(residuals, x, x_scale="jac", max_nfev=200)
-        if best is None or found.cost < best.cost * (1 - 1e-9):
-            best, frame = found, start
-    assert best is not None
-    start = frame
-    distance = scale * np.abs(residuals(best.x))
-    return _primitive(kind, best.x, scale, centre, frame, distance)
+def _noise(fitting: Fitting, fit: Fit) -> float:
+    """The standard deviation of a touch."""
+    spare = len(fitting.points) - fitting.kind.freedoms
+    return float(np.sqrt(fit.cost / spare))
+
+
+def _growths(fitting: Fitting, best: Fit, held: Sequence[End] = ()) -> list[tuple[End, float]]:
+    """By how much the sum of squares grows if an end lies elsewhere, for each that is not held.
+
+    An end is put out and in by ELSEWHERE, and all else fitted again.
+    """
+    growths = []
+    for end in fitting.ends(best):
+        if any(end.axis == other.axis and end.direction @ other.direction > 0 for other in held):
+            continue
+        costs = []
+        for by in (ELSEWHERE, -ELSEWHERE):
+            there = End(end.direction, end.axis, end.place + by)
+            costs.append(fitting.solve(fitting.moved(best, end, by), [*held, there]).cost)
+        growths.append((end, min(costs) - best.cost))
+    return growths
+
+
+def _loose(fitting: Fitting, fit: Fit, growths: list[tuple[End, float]]) -> list[End]:
+    """The ends that the points do not tell."""
+    noise = np.clip(_noise(fitting, fit), LEAST_NOISE, MOST_NOISE)
+    return [end for end, growth in growths if growth < (TOLD * noise) ** 2]
+
+
+def _floor(fitting: Fitting, loose: list[End]) -> End | None:
+    """What a thing stands on, where no point tells it: a flat end held at the lowest point."""
+    for end in loose:
+        if end.axis in fitting.kind.flat and end.direction[2] < -DOWN:
+            return End(end.direction, end.axis, float((fitting.points @ end.direction).max()))
+    return None
+
+
+def _refusal(kind: str, count: int, loose: list[End], way: float) -> str:
+    directions = ", ".join(
+        "(" + ", ".join(f"{v + 0.0:.2f}" for v in np.round(end.direction, 2)) + ")" for end in loose
+    )
+    return (
+        f"the {count} points do not tell where the {kind} ends towards {directions}: moved by "
+        f"{way * 1e3:.2g} mm there, it fits them about as well. Touch it on those sides too, at "
+        "several places away from its edges, which could belong to either side. Only the lower end "
+        "of a box or a cylinder that stands upright, z up, is taken at its lowest point."
+    )
 
 
 def _primitive(
-    kind: str, x: Float, scale: float, centre: Float, frame: Float, distance: Float
+    kind: str,
+    fitting: Fitting,
+    fit: Fit,
+    middle: Float,
+    extent: float,
+    known: float,
+    standing: bool,
 ) -> Primitive:
-    from scipy.spatial.transform import Rotation
-
     T = np.eye(4)
-    T[:3, :3] = np.eye(3) if kind == "sphere" else Rotation.from_rotvec(x[3:6]).as_matrix() @ frame
-    T[:3, 3] = centre + scale * x[:3]
-    sizes = [float(v) for v in scale * np.exp(x[6:])]
+    T[:3, :3] = np.eye(3) if kind == "sphere" else fit.frame
+    T[:3, 3] = middle + extent * fit.centre
+    sizes = [float(v) for v in extent * fit.half]
     keys: dict[str, object] = {"size": [2 * v for v in sizes]}
     if kind == "sphere":
         keys = {"radius": sizes[0]}
@@ -113,8 +173,16 @@ def _primitive(
         if T[2, 2] < 0:  # stand it on its lower end
             T[:3, 1:3] *= -1
         T[:3, 3] -= sizes[1] * T[:3, 2]
-    rms, greatest = float(np.sqrt((distance**2).mean())), float(distance.max())
-    return Primitive(kind, keys, T, rms * 1e3, greatest * 1e3)
+    distance = extent * np.abs(fitting.distances(fit))
+    return Primitive(
+        kind=kind,
+        shape=keys,
+        T_points_shape=T,
+        rms_mm=float(np.sqrt((distance**2).mean())) * 1e3,
+        max_mm=float(distance.max()) * 1e3,
+        known_mm=known * extent * 1e3,
+        standing=standing,
+    )
 
 
 def _to_box(half: Float, points: Float) -> Float:
@@ -140,8 +208,8 @@ def _to_ellipsoid(half: Float, points: Float) -> Float:
 
 
 _KINDS = {
-    "box": _Kind(_to_box, 3, 9),
-    "cylinder": _Kind(_to_cylinder, 2, 7),
-    "sphere": _Kind(_to_sphere, 1, 4),
-    "ellipsoid": _Kind(_to_ellipsoid, 3, 9),
+    "box": Kind(_to_box, (0, 1, 2), (0, 1, 2), 9),
+    "cylinder": Kind(_to_cylinder, (0, 0, 1), (2,), 7),
+    "sphere": Kind(_to_sphere, (0, 0, 0), (), 4),
+    "ellipsoid": Kind(_to_ellipsoid, (0, 1, 2), (), 9),
 }

@@ -169,7 +169,7 @@ def _candidates(
         report("capping holes", 0.0)
         closed = capped(manifold)
         if closed is not None:
-            steps.append(f"{holes:,} hole{'s' * (holes > 1)} capped flat")
+            steps.append(f"{holes:,} hole{'s' * (holes > 1)} capped")
             yield tuple(steps), closed
     if closed is not None and _more_handles(closed, genus):
         report("closing tunnels", 0.0)

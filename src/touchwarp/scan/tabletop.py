@@ -20,6 +20,8 @@ THICKNESS = 0.004
 """Of the diagonal: how far off the plane the scanned table may lie."""
 LEAST_SHARE = 0.15
 """Of the area: a table has at least so much."""
+LEAST_STANDING = 0.005
+"""Of the area: so much stands on it at least; a hammer on a square metre of table is 3 %."""
 WIDER = 1.6
 """A table reaches at least this much farther than what stands on it, by area of the box around."""
 STEEP = np.cos(np.radians(25))
@@ -72,7 +74,7 @@ def crop_tabletop(surface: Surface, seed: int = 0) -> Tabletop | None:
     point, normal = _fitted(points[best])
     height = (points - point) @ normal
     beyond = np.abs(height) > CLEAR * thickness
-    if beyond.sum() < 0.05 * SAMPLES:
+    if beyond.mean() < LEAST_STANDING:
         return None
     normal = normal if height[beyond].mean() > 0 else -normal
     height = (points - point) @ normal
