@@ -25,6 +25,9 @@ TERMS = np.array([1, 4, 16, 0])
 FINE_TERMS = np.array([0, 0, 4, 0])
 """The most terms of a rim node, by the number of its odd coordinates."""
 
+ON_BOX, PLAIN, BESIDE_SURFACE = 0, 1, 2
+"""Kinds of rim nodes."""
+
 CUBIC = np.array([[0.0, 16.0, 0.0, 0.0], [-1.0, 9.0, 9.0, -1.0]], np.float32) / 16
 """Weights of four coarse nodes along a line: for the second of them, and for the middle."""
 
@@ -61,17 +64,15 @@ class Interface:
 
 def make_interface(fine: Level, fine_cuts: Cuts, coarse: Level, coarse_cuts: Cuts) -> Interface:
     """How the rim of `fine` follows from `coarse`; the rim on the outer box stays 0."""
-    where = fine.coordinates(slice(fine.n_inner, None))
-    on_box = (where == 0) | (where == fine.cells)
-    if fine.mirrored:
-        on_box[:, 2] &= where[:, 2] != 0
-    rim = (fine.n_inner + np.flatnonzero(~on_box.any(axis=1))).astype(np.int32)
-    is_plain = np.empty(len(rim), np.bool_)
+    kind = np.empty(fine.n - fine.n_inner, np.int8)
     places = fine.places, coarse.places
-    rows = fine_cuts.row, coarse_cuts.row
-    share(_find_plain, len(rim), rim, *places, *rows, is_plain, work=16, even=True)
-    plain, rim = rim[is_plain], rim[~is_plain]
-    odd = (where[rim - fine.n_inner] & 1).sum(axis=1)
+    given = *places, fine.cells, fine_cuts.row, coarse_cuts.row
+    share(_classify_rim, len(kind), *given, kind, work=16, even=True)
+    plain, rim = (
+        (fine.n_inner + np.flatnonzero(kind == k)).astype(np.int32) for k in (PLAIN, BESIDE_SURFACE)
+    )
+    site = fine.site[rim]
+    odd = (site >> 6 & 1) + (site >> 3 & 1) + (site & 1)
     start = np.concatenate([[0], np.cumsum(TERMS[odd])])
     fine_start = np.concatenate([[0], np.cumsum(FINE_TERMS[odd])])
     result = Interface(
@@ -93,14 +94,25 @@ def make_interface(fine: Level, fine_cuts: Cuts, coarse: Level, coarse_cuts: Cut
 
 
 @njit(cache=True, nogil=True)
-def _find_plain(first, last, rim, fine, coarse, fine_row, coarse_row, plain):
-    """Which rim nodes are cubic: all coarse nodes are there, and no surface cuts their edges."""
+def _classify_rim(first, last, fine, coarse, cells, fine_row, coarse_row, kind):
+    """Which rim nodes n_inner + first..last lie on the outer box, are cubic, or beside a surface.
+
+    They are cubic where all coarse nodes are there and no surface cuts their edges.
+    """
     bricks, parent, site = fine.bricks, fine.parent, fine.site
     node, around = fine.node, fine.around
     coarse_node, coarse_around = coarse.node, coarse.around
     for n in range(first, last):
-        b, local = site[rim[n]] >> 9, site[rim[n]] & 511
-        x, y, z = local >> 6, (local >> 3) & 7, local & 7
+        s = np.int64(site[fine.n_inner + n])
+        b, x, y, z = s >> 9, (s >> 6) & 7, (s >> 3) & 7, s & 7
+        on_floor = z == 0 and around[b, FLOOR] == 1
+        on_box = False
+        for axis in range(3):
+            at = 8 * bricks[b, axis] + (x if axis == 0 else y if axis == 1 else z)
+            on_box |= at == cells[axis] or (at == 0 and not (axis == 2 and on_floor))
+        if on_box:
+            kind[n] = ON_BOX
+            continue
         start, p = octant_start(bricks, b), np.int64(parent[b])
         x0, y0, z0 = (start >> 6) + (x >> 1), ((start >> 3) & 7) + (y >> 1), (start & 7) + (z >> 1)
         # the cubic would reach under a sliding plane, where there are no nodes of their own
@@ -115,7 +127,7 @@ def _find_plain(first, last, rim, fine, coarse, fine_row, coarse_row, plain):
                 dx, dy, dz = step * (axis == 0), step * (axis == 1), step * (axis == 2)
                 near = node_at(node, around, b, x + dx, y + dy, z + dz)
                 whole = whole and (near < 0 or fine_row[near] < 0)
-        plain[n] = whole
+        kind[n] = PLAIN if whole else BESIDE_SURFACE
 
 
 @njit(cache=True, nogil=True)

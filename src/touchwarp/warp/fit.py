@@ -97,7 +97,7 @@ def make_fit(
     wanted = [np.zeros(stage.level.n, bool) for stage in stages]
     for marks, nodes in zip(wanted, corners, strict=True):
         marks[nodes[nodes >= 0]] = True
-    rims: list[NDArray[np.int32]] = [np.empty(0, np.int32)]
+    rims: list[NDArray[np.int64]] = [np.empty(0, np.int64)]
     masters: list[NDArray[np.int32]] = [np.empty((0, MASTERS), np.int32)]
     for i in range(len(stages) - 1, 0, -1):
         rim = grid.rim[i][wanted[i][grid.rim[i]]]
