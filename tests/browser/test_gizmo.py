@@ -69,6 +69,7 @@ class Desk:
         expect(page.get_by_text("Every change is live")).to_be_visible()
         whole_warp(page)
         page.get_by_text(mode, exact=True).click()
+        self._shifts: list[float] = []
         self._check_displayed()
 
     def drag(self, axis: str) -> tuple[Numbers, Numbers]:
@@ -93,6 +94,7 @@ class Desk:
         whole_warp(self.page)
         told = self._numbers()
         self._check_displayed()
+        assert np.ptp(self._shifts) > 3.0, "a warp that stays would have been told apart"
         self.page.locator("button[name=save]").click()
         expect(self.page.locator(".note")).to_have_text(f"Saved to {self.path.name}.")
         goal = tw.load_scene(self.path).props[0].goal
@@ -124,6 +126,7 @@ class Desk:
             return abs(told - self._greatest_shift()) < 0.6
 
         wait_until(self.page, follows, "the warp does not follow the object")
+        self._shifts.append(self._greatest_shift())
 
     def _greatest_shift(self) -> float:
         """mm, by the numbers."""
