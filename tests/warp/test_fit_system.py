@@ -15,7 +15,9 @@ def contact(monkeypatch, rings):
     """The fitted table of a coarse box, and its contact error."""
     monkeypatch.setattr(fit_system, "RINGS", rings)
     box = tw.Prop("box", shapes.box((0.1, 0.1, 0.1)), GOAL)
-    warp = tw.solve(tw.Scene([box], Outer(box_scale=4.0), tw.Objective(tolerance_mm=1.0)))
+    warp = tw.solve(
+        tw.Scene([box], Outer(box_scale=4.0), tw.Objective(tolerance_mm=0.5, edge_radius_mm=4.0))
+    )
     return warp.bricks.values, warp.solution.contact_p99_mm
 
 

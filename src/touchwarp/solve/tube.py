@@ -27,12 +27,13 @@ class Tube:
     def __post_init__(self) -> None:
         self._tree = cKDTree(self.points) if len(self.points) else None
 
-    def contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """(n,) for points (n, 3) m, scene frame."""
-        if self._tree is None or len(points) == 0 or self.radius <= 0.0:
+    def contains(self, points: NDArray[np.float64], margin: float = 0.0) -> NDArray[np.bool_]:
+        """(n,) for points (n, 3) m, scene frame; `margin`: m from the border, that are not."""
+        radius = self.radius - margin
+        if self._tree is None or len(points) == 0 or radius <= 0.0:
             return np.zeros(len(points), bool)
         distance, _ = self._tree.query(
-            points, distance_upper_bound=self.radius, workers=threads() if len(points) > 1000 else 1
+            points, distance_upper_bound=radius, workers=threads() if len(points) > 1000 else 1
         )
         return np.asarray(np.isfinite(distance))
 

@@ -115,8 +115,10 @@ def make_fit(
         wanted[i][level.n_inner :] &= hangs[level.n_inner :]
         nodes = np.flatnonzero(wanted[i]).astype(np.int32)
         taken = (regions[i][nodes] != 1) | hangs[nodes]
-        where = level.coordinates(nodes[~taken]) / 2.0**level.depth
-        taken[~taken] = tube.contains(frame.to_scene(where))
+        scale = 2.0**level.depth
+        where = frame.to_scene(level.coordinates(nodes[~taken]) / scale)
+        # what a node carries along ends a cell farther, which has to be in the tube too
+        taken[~taken] = tube.contains(where, float(frame.spacing.max()) / scale)
         nodes = nodes[taken]
         number = np.full(level.n, -1, np.int32)
         number[nodes] = count + np.arange(len(nodes), dtype=np.int32)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from touchwarp.solve.cuts import cut_along
 from touchwarp.solve.level import beside
+from touchwarp.solve.marking import SAFETY
 from touchwarp.solve.problem import Problem
 from touchwarp.solve.refine import indicate
 from touchwarp.solve.samples import sample_points
@@ -20,6 +21,10 @@ from touchwarp.warp.from_solution import Fitted
 from touchwarp.warp.table_grid import TableGrid
 
 Real = NDArray[np.float64]
+
+GROSS = 5.0
+"""Single points of the surfaces may miss the tolerance, but not by this many times, as long as the
+99th percentile and the field keep it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,12 +120,14 @@ def estimate_error(
         points.append(where[poor])
         depths.append(np.full(int(poor.sum()), stage.level.depth))
     p99, worst = (0.0, 0.0) if fitted is None else _contact(problem, fitted)
-    if fitted is not None and p99 > tolerance:
-        for stage, samples, size in zip(
-            solution.stages, fitted.samples, fitted.residuals, strict=True
-        ):
-            points.append(sample_points(stage, samples)[size > tolerance])
-            depths.append(np.full(int((size > tolerance).sum()), stage.level.depth))
+    if fitted is not None:
+        # the fit serves its own samples best, so their percentile has to keep a distance
+        within = tolerance if p99 > SAFETY * tolerance else GROSS * tolerance
+        # where the field is poor it is because of cells like those whose contact is
+        beyond = tolerance if any(len(found) for found in points) else within
+        for i, where in enumerate(_poor_contact(problem, solution, fitted, tube, within, beyond)):
+            points.append(where)
+            depths.append(np.full(len(where), solution.stages[i].level.depth))
     all_outside = np.concatenate(outside)
     return TableError(
         float(all_outside.max()),
@@ -172,6 +179,29 @@ def add_moves(first, last, moved, length, places, cuts, region, interpolation, s
                 other = min(length[k], own)
                 worst = max(worst, greatest_between(own, other, interpolation[m]))
         size[m] = worst
+
+
+def _poor_contact(
+    problem: Problem,
+    solution: Solution,
+    fitted: Fitted,
+    tube: Tube,
+    within: float,
+    beyond: float,
+) -> list[Real]:
+    """Root-grid coordinates (k, 3) on the surfaces where contact is poor, for each stage.
+
+    Args:
+        problem, solution, fitted, tube: see `estimate_error`.
+        within, beyond: m, what contact may miss in the tube and outside it.
+    """
+    result = []
+    for stage, samples, size in zip(solution.stages, fitted.samples, fitted.residuals, strict=True):
+        poor = size > min(within, beyond)
+        where, size = sample_points(stage, samples)[poor], size[poor]
+        in_tube = tube.contains(problem.frame.to_scene(where))
+        result.append(where[size > np.where(in_tube, within, beyond)])
+    return result
 
 
 def _contact(problem: Problem, fitted: Fitted) -> tuple[float, float]:
