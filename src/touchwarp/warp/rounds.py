@@ -37,6 +37,7 @@ def fit_round(
     *,
     refine: Callable[[TableError], bool] | None = None,
     slack: float = 1.0,
+    of_goal: bool = True,
 ) -> Round | None:
     """Fit a table to what `solver` has found for boundary data (v, 4).
 
@@ -48,6 +49,7 @@ def fit_round(
             them the result is None, and it has to build again. The field is looked at before the
             fit, which takes as long as a solve.
         slack: errors up to this many times the solver's tolerance will do.
+        of_goal: whether the data are of a goal; else of a basis field.
     """
     problem = solver.problem
     solution = solver.solution(problem.blend.contradiction(data, normal_lanes))
@@ -56,9 +58,16 @@ def fit_round(
     interpolation = interpolation_error(solution, lane_scale, normal_lanes)
 
     def estimate(fitted: Fitted | None) -> TableError:
-        tolerance = slack * solver.tolerance
         return estimate_error(
-            problem, solution, grid, solver.tube, lane_scale, tolerance, interpolation, fitted
+            problem,
+            solution,
+            grid,
+            solver.tube,
+            lane_scale,
+            slack * solver.tolerance,
+            interpolation,
+            fitted,
+            of_goal,
         )
 
     # a fit that only has to be applied takes little more than this look
