@@ -203,9 +203,9 @@ def _poor_contact(
     result = []
     for stage, samples, size in zip(solution.stages, fitted.samples, fitted.residuals, strict=True):
         poor = size > min(within, beyond)
-        where, size = sample_points(stage, samples)[poor], size[poor]
+        where = sample_points(stage, samples, poor)
         in_tube = tube.contains(problem.frame.to_scene(where))
-        result.append(where[size > np.where(in_tube, within, beyond)])
+        result.append(where[size[poor] > np.where(in_tube, within, beyond)])
     return result
 
 
