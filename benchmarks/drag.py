@@ -13,23 +13,15 @@ one, that decides the rate.
 from __future__ import annotations
 
 import argparse
-import sys
-import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
+from demo_page import add_bases, demo_scene, served
 from figures import Figure, print_figures, save_json
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
 
-import touchwarp as tw
-from touchwarp.cli.demo_files import write_input
-
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-
-from tests.browser.chromium import FLAGS, obtain_chromium
 from tests.browser.desk import handle_of, open_page, whole_warp
-from tests.browser.server import Server
 
 WATCH = """
   window.frames = [];
@@ -62,12 +54,6 @@ WATCH = """
 """
 
 
-def prepare(folder: Path) -> None:
-    """A demo that is quick to make."""
-    write_input(folder, tolerance_mm=1.0)
-    tw.solve(tw.load_scene(folder / "mug.toml")).save(folder / "mug.warp")
-
-
 def drag(page: Page, seconds: float) -> np.ndarray:
     """(n, 3) ms of each frame drawn: since the one before, in scripts, of them in drawing."""
     grip, way = handle_of(page, "x")
@@ -88,27 +74,17 @@ def drag(page: Page, seconds: float) -> np.ndarray:
     return frames[2:]
 
 
-def measure(folder: Path, seconds: float) -> list[Figure]:
+def measure(scene: Path, seconds: float) -> list[Figure]:
     """Frames a second and times in ms."""
-    scene = folder / "mug.toml"
-    if not scene.with_suffix(".bases").exists():
-        bases = tw.solve_bases(tw.load_scene(scene), tolerance_mm=0.5)
-        bases.save(scene.with_suffix(".bases"))
-    server = Server(scene)
-    server.start()
-    program, source = obtain_chromium()
-    print(f"browser: {source}")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
+    add_bases(scene)
+    with served(scene) as (address, browser):
         page = browser.new_page(viewport={"width": 1100, "height": 680})
         page.add_init_script(WATCH)
-        open_page(page, server.url + "?probe")
+        open_page(page, address + "?probe")
         page.wait_for_selector(".checks", timeout=300_000)  # the server has no other work
         whole_warp(page)
         page.get_by_text("Every change is live").wait_for()
         since, script, drawing = drag(page, seconds).T
-        browser.close()
-    server.stop()
     own = script - drawing
     return [
         Figure("frames drawn while dragging, in software", 1e3 / since.mean(), "1/s"),
@@ -126,12 +102,9 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=5.0)
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
-    if options.demo is not None:
-        figures = measure(options.demo, options.seconds)
-    else:
-        with tempfile.TemporaryDirectory() as folder:
-            prepare(Path(folder))
-            figures = measure(Path(folder), options.seconds)
+    given = options.demo / "mug.toml" if options.demo is not None else None
+    with demo_scene(given, tolerance_mm=1.0) as scene:
+        figures = measure(scene, options.seconds)
     print_figures("dragging on the desk", figures)
     if options.json:
         save_json(options.json, figures)

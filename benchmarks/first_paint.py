@@ -12,57 +12,31 @@ drawn with the warp's first level; the warp is whole when all its levels are in 
 from __future__ import annotations
 
 import argparse
-import sys
-import tempfile
 from pathlib import Path
 
+from demo_page import add_bases, demo_scene, served
 from figures import Figure, print_figures, save_json
-from playwright.sync_api import sync_playwright
-
-import touchwarp as tw
-from touchwarp.cli.demo_files import write_input
-
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-
-from tests.browser.chromium import FLAGS, obtain_chromium
-from tests.browser.server import Server
 
 MARKS = ("first-contentful-paint", "first-picture", "first-displaced", "whole-warp")
 TIMES = "(marks) => marks.map((mark) => performance.getEntriesByName(mark)[0].startTime / 1e3)"
 
 
-def prepare(folder: Path) -> None:
-    """A demo that is quick to make."""
-    write_input(folder, tolerance_mm=1.0)
-    tw.solve(tw.load_scene(folder / "mug.toml")).save(folder / "mug.warp")
-
-
-def measure(folder: Path, repeats: int) -> list[Figure]:
+def measure(scene: Path, repeats: int) -> list[Figure]:
     """Times in seconds."""
-    scene = folder / "mug.toml"
-    if not scene.with_suffix(".bases").exists():
-        bases = tw.solve_bases(tw.load_scene(scene), tolerance_mm=0.5)
-        bases.save(scene.with_suffix(".bases"))
-    server = Server(scene)
-    server.start()
-    program, source = obtain_chromium()
-    print(f"browser: {source}")
+    add_bases(scene)
     runs = []
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
+    with served(scene) as (address, browser):
         page = browser.new_page(viewport={"width": 1100, "height": 680})
-        page.goto(server.url)  # until the certificate is there, the server works on that
+        page.goto(address)  # until the certificate is there, the server works on that
         page.wait_for_selector(".checks", timeout=300_000)
         page.close()
         for _ in range(repeats):
             context = browser.new_context(viewport={"width": 1100, "height": 680})
             page = context.new_page()
-            page.goto(server.url)
+            page.goto(address)
             page.wait_for_function("() => performance.getEntriesByName('whole-warp').length > 0")
             runs.append(page.evaluate(TIMES, list(MARKS)))
             context.close()
-        browser.close()
-    server.stop()
     paint, picture, displaced, whole = (list(times) for times in zip(*runs, strict=True))
     return [
         Figure("first paint", min(paint), "s", at_most=2.0),
@@ -79,12 +53,9 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
-    if options.demo is not None:
-        figures = measure(options.demo, options.repeats)
-    else:
-        with tempfile.TemporaryDirectory() as folder:
-            prepare(Path(folder))
-            figures = measure(Path(folder), options.repeats)
+    given = options.demo / "mug.toml" if options.demo is not None else None
+    with demo_scene(given, tolerance_mm=1.0) as scene:
+        figures = measure(scene, options.repeats)
     print_figures("the demo's page", figures)
     if options.json:
         save_json(options.json, figures)

@@ -12,23 +12,15 @@ frame, since places are sought from where they were.
 from __future__ import annotations
 
 import argparse
-import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
+from demo_page import demo_scene, served
 from figures import Figure, print_figures, save_json
-from playwright.sync_api import sync_playwright
 
 import touchwarp as tw
-from touchwarp.cli.demo_files import write_input
-
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-
-from tests.browser.chromium import FLAGS, obtain_chromium
 from tests.browser.headset import Headset
 from tests.browser.person import Person, RealProp, touchable
-from tests.browser.server import Server
 
 CALLS = 20
 TIMES = """(calls) => {
@@ -65,19 +57,14 @@ TIMES = """(calls) => {
 }"""
 
 
-def measure(path: Path) -> list[Figure]:
+def measure(scene: Path) -> list[Figure]:
     """Times in ms a frame of two hands."""
-    server = Server(path)
-    server.start()
-    program, source = obtain_chromium()
-    print(f"browser: {source}")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
+    with served(scene) as (address, browser):
         page = browser.new_page(viewport={"width": 800, "height": 400})
         headset = Headset(page)
-        headset.open(server.url)
+        headset.open(address)
         headset.enter()
-        mug = RealProp(tw.load_scene(path).props[0])
+        mug = RealProp(tw.load_scene(scene).props[0])
         person = Person(headset, mug)
         person.arrive()
         places = touchable(mug, 100, seed=1)
@@ -87,8 +74,6 @@ def measure(path: Path) -> list[Figure]:
         for pair in zip(left, right, strict=True):
             headset.step([dict(zip(("left", "right"), pair, strict=True))])
             times.append(page.evaluate(TIMES, CALLS))
-        browser.close()
-    server.stop()
     whole, hands, contacts = np.transpose(times)
     return [
         Figure("both hands touching, median", float(np.median(whole)), "ms", at_most=0.2),
@@ -104,13 +89,8 @@ def main() -> None:
     parser.add_argument("scene", type=Path, nargs="?")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        path = options.scene
-        if path is None:
-            write_input(Path(folder), tolerance_mm=0.5)
-            path = Path(folder) / "mug.toml"
-            tw.solve(tw.load_scene(path)).save(path.with_suffix(".warp"))
-        figures = measure(path)
+    with demo_scene(options.scene, tolerance_mm=0.5) as scene:
+        figures = measure(scene)
     print_figures("both hands in the page", figures)
     if options.json:
         save_json(options.json, figures)
