@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.check.brick_faces import cell_sides
+from touchwarp.check.contradiction import Contradiction, find_contradictions
 from touchwarp.check.probes import Probes, place_probes
 from touchwarp.check.region import Body, Region, make_body
 from touchwarp.check.report import Check
@@ -29,6 +30,8 @@ from touchwarp.warp.meta import WarpMeta
 from touchwarp.warp.protocol import Warp
 
 Float = NDArray[np.float64]
+
+EDGE_SAMPLES = 100_000
 
 
 class Finding(NamedTuple):
@@ -131,6 +134,42 @@ class Case:
     def contact_errors(self) -> dict[str, Float]:
         """By prop, (n,) m: the contact error at its surface samples."""
         return {p.name: self.contact_error(p.samples.points, p.samples.targets) for p in self.props}
+
+    @cached_property
+    def edge_contact(self) -> dict[str, tuple[Float, Float]]:
+        """By prop, samples (n, d) m of its sharp edges and rims, and their contact error (n,) m."""
+        found = {}
+        for prop in self.props:
+            rng = self.random("edges " + prop.name)
+            points, targets = prop.edges.sample(prop.goal, EDGE_SAMPLES, rng)
+            found[prop.name] = points, self.contact_error(points, targets)
+        return found
+
+    @cached_property
+    def contradictions(self) -> dict[str, tuple[Contradiction, ...]]:
+        """By prop, the fixed surfaces that forbid its goal where they touch it."""
+        return {
+            p.name: find_contradictions(self.scene, self.region, p.samples, self.tolerance)
+            for p in self.props
+        }
+
+    def contradicted(self, prop: PropCase, points: Float) -> NDArray[np.bool_]:
+        """(n,) whether at (n, d) points of a prop its goal gives way to a fixed surface."""
+        given = np.zeros(len(points), bool)
+        for contradiction in self.contradictions[prop.name]:
+            given |= contradiction.at(points)
+        return given
+
+    @cached_property
+    def greatest_contact_error(self) -> float:
+        """m: on surfaces and sharp edges, where no fixed surface forbids the goal."""
+        greatest = 0.0
+        for prop in self.props:
+            on_surface = prop.samples.points, self.contact_errors[prop.name]
+            for points, error in (on_surface, self.edge_contact[prop.name]):
+                kept = error[~self.contradicted(prop, points)]
+                greatest = max(greatest, float(kept.max(initial=0.0)))
+        return greatest
 
     @cached_property
     def maps(self) -> dict[str, MapMeasures]:

@@ -17,8 +17,6 @@ MEAN_SHARE = 0.5
 MAX_FACTOR = 5.0
 """The greatest error away from sharp edges may be this many times the tolerance."""
 
-EDGE_SAMPLES = 100_000
-
 _SOURCE = "tolerance of the scene"
 
 
@@ -28,18 +26,16 @@ def check_contact(case: Case) -> Finding:
     The error is the length of f(x) − g(x): it counts what slides along the virtual surface as well
     as what stands off it. Samples within `edge_radius` of a sharp edge count in the mean and the
     percentile; the greatest error is held against its limit outside that tube, where the exact
-    warp is smooth, and told inside it.
+    warp is smooth, and told inside it. Samples where a fixed surface forbids the goal count apart.
     """
     checks: list[Check] = []
     shown = {}
     for prop in case.props:
-        error = case.contact_errors[prop.name]
-        edge_points, edge_targets = prop.edges.sample(
-            prop.goal, EDGE_SAMPLES, case.random("edges " + prop.name)
-        )
-        edge_error = case.contact_error(edge_points, edge_targets)
+        edge_points, edge_error = case.edge_contact[prop.name]
         tube = _in_tube(prop.samples.points, edge_points, case.edge_radius)
-        checks += _area_checks(case, prop, error, tube)
+        given = case.contradicted(prop, prop.samples.points)
+        checks += _area_checks(case, prop, tube, given)
+        checks += _contradiction_checks(case, prop, given)
         checks += _edge_checks(case, prop, edge_points, edge_error)
         shown[prop.name] = {
             "tube": tube,
@@ -62,8 +58,19 @@ def _in_tube(points: Float, edge_points: Float, radius: float) -> NDArray[np.boo
     return near
 
 
-def _area_checks(case: Case, prop: PropCase, error: Float, tube: NDArray[np.bool_]) -> list[Check]:
+def _area_checks(
+    case: Case, prop: PropCase, tube: NDArray[np.bool_], given: NDArray[np.bool_]
+) -> list[Check]:
+    """Of the samples (n,), those in the tube around edges and where the goal gives way marked."""
     tolerance_mm = 1e3 * case.tolerance
+    kept = np.flatnonzero(~given)
+    if len(kept) == 0:
+        nowhere = "A fixed surface forbids the goal everywhere on this prop."
+        return [
+            unmeasured(name, f"Contact error, {what}", "mm", subject=prop.name, detail=nowhere)
+            for name, what in (("contact.mean", "mean"), ("contact.p99", "99th percentile"))
+        ]
+    points, error = prop.samples.points[kept], case.contact_errors[prop.name][kept]
     p99 = float(np.quantile(error, 0.99))
     beyond = float((error > case.tolerance).mean())
     return [
@@ -85,19 +92,46 @@ def _area_checks(case: Case, prop: PropCase, error: Float, tube: NDArray[np.bool
             "mm",
             limit=tolerance_mm,
             subject=prop.name,
-            where=place(prop.samples.points, np.abs(error - p99).argmin()),
+            where=place(points, np.abs(error - p99).argmin()),
             detail=f"{100 * beyond:.2g} % of the surface is beyond the tolerance.",
             source=_SOURCE,
         ),
-        *_greatest_checks(case, prop, error, tube),
+        *_greatest_checks(case, prop, points, error, tube[kept]),
+    ]
+
+
+def _contradiction_checks(case: Case, prop: PropCase, given: NDArray[np.bool_]) -> list[Check]:
+    """The contact error at those samples (n,) where a fixed surface forbids the goal."""
+    if not given.any():
+        return []
+    error = np.where(given, case.contact_errors[prop.name], -1.0)
+    worst = int(error.argmax())
+    by = "; ".join(
+        f"{c.fixed.name} forbids up to {1e3 * c.forbidden:.3g} mm of it where they touch, which "
+        f"is blended in over {c.fixed.blend_mm:g} mm"
+        for c in case.contradictions[prop.name]
+    )
+    return [
+        measured(
+            "contact.contradicted",
+            "Contact error where a fixed surface forbids the goal",
+            1e3 * float(error[worst]),
+            "mm",
+            limit=MAX_FACTOR * 1e3 * case.tolerance,
+            group="judged",
+            subject=prop.name,
+            where=place(prop.samples.points, worst),
+            detail=f"{100 * float(given.mean()):.2g} % of the surface: {by}. No warp can meet "
+            "both there; the other contact checks leave it out.",
+            source=f"{MAX_FACTOR:g} × {_SOURCE}",
+        )
     ]
 
 
 def _greatest_checks(
-    case: Case, prop: PropCase, error: Float, tube: NDArray[np.bool_]
+    case: Case, prop: PropCase, points: Float, error: Float, tube: NDArray[np.bool_]
 ) -> list[Check]:
-    """The greatest error outside the tube (n,) around sharp edges, and anywhere."""
-    points = prop.samples.points
+    """The greatest error (n,) outside the tube (n,) around sharp edges, and anywhere."""
     tolerance_mm, edge_mm = 1e3 * case.tolerance, 1e3 * case.edge_radius
     checks = []
     if tube.all():

@@ -31,6 +31,9 @@ def _prop_checks(case: Case, prop: PropCase) -> list[Check]:
     virtual = prop.goal.virtual_surface
     assert virtual is not None
     points = prop.samples.points[:: max(1, len(prop.samples.points) // SAMPLES)]
+    points = points[~case.contradicted(prop, points)]
+    if len(points) == 0:
+        return []
     displayed = case.warp(points)
     distance, _, _ = Body(prop.name, virtual.vertices, virtual.faces).nearest(
         np.nan_to_num(displayed)
