@@ -39,6 +39,7 @@ def check_contact(case: Case) -> Finding:
         checks += _edge_checks(case, prop, edge_points, edge_error)
         shown[prop.name] = {
             "tube": tube,
+            "forbidden": given,
             "edge_points": edge_points,
             "edge_error": edge_error,
         }

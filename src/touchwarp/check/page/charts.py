@@ -36,8 +36,12 @@ WIDTH, HEIGHT = 4.5, 2.7
 
 
 def draw_contact_histogram(case: Case, prop: PropCase, shown: dict[str, Any]) -> str:
-    """Contact error over the surface and on sharp edges, with the tolerance."""
+    """Contact error over the surface and on sharp edges, with the tolerance.
+
+    Where a fixed surface forbids the goal it has a colour of its own and no part in the percentile.
+    """
     error = 1e3 * case.contact_errors[prop.name]
+    forbidden = shown["forbidden"]
     edges = 1e3 * shown["edge_error"]
     tolerance = 1e3 * case.tolerance
     low = 1e-3 * tolerance
@@ -46,18 +50,28 @@ def draw_contact_histogram(case: Case, prop: PropCase, shown: dict[str, Any]) ->
     with Picture(WIDTH, HEIGHT) as picture:
         axes = picture.axes
         styles: tuple[tuple[Float, str, dict[str, Any]], ...] = (
-            (error, "surface", {"color": SEEN, "histtype": "stepfilled", "alpha": 0.55}),
+            (
+                error[~forbidden],
+                "surface",
+                {"color": SEEN, "histtype": "stepfilled", "alpha": 0.55},
+            ),
+            (
+                error[forbidden],
+                "where the goal is forbidden",
+                {"color": MUTED, "histtype": "stepfilled", "alpha": 0.55},
+            ),
             (edges, "sharp edges", {"color": WARN, "histtype": "step", "lw": 1.5}),
         )
         for values, name, style in styles:
             if len(values):
-                share = np.full(len(values), 100.0 / len(values))
+                whole = len(edges) if values is edges else len(error)
+                share = np.full(len(values), 100.0 / whole)
                 axes.hist(
                     np.clip(values, low, high), bins.tolist(), weights=share, label=name, **style
                 )
         axes.set_xscale("log")
         _limit(picture, tolerance, "tolerance")
-        p99 = float(np.quantile(error, 0.99))
+        p99 = float(np.quantile(error[~forbidden], 0.99)) if not forbidden.all() else 0.0
         if low < p99 < high:
             axes.axvline(p99, color=INK, lw=0.9, ls=":")
             axes.annotate(
