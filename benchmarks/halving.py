@@ -2,8 +2,9 @@
 
     python benchmarks/halving.py [--json FILE]
 
-The box of side 0.1 m with `edge_radius_mm` and the tolerance chosen so that the finest cells halve
-from one solve to the next: half the edge radius, a quarter of the tolerance.
+The finest cells are halved from one solve to the next, in two ways: on a box of side 0.1 m by half
+the edge radius at the same tolerance, which leaves cells away from its edges as they are; on that
+box and a sphere by half of it and a quarter of the tolerance, with finer cells everywhere.
 """
 
 from __future__ import annotations
@@ -19,18 +20,21 @@ from figures import Figure, print_figures, save_json
 import touchwarp as tw
 from touchwarp.scene.shapes import make_shape
 
-STEPS = [(0.4, 4.0), (0.1, 2.0), (0.025, 1.0)]
+Steps = list[tuple[float, float]]
+
+SAME_TOLERANCE: Steps = [(0.1, 4.0), (0.1, 2.0), (0.1, 1.0)]
+QUARTERED: Steps = [(0.4, 4.0), (0.1, 2.0), (0.025, 1.0)]
 """tolerance_mm and edge_radius_mm of each solve."""
 
 SHAPES: dict[str, dict[str, Any]] = {"box": {"size": [0.1, 0.1, 0.1]}, "sphere": {"radius": 0.05}}
 
 
-def measure(kind: str) -> list[Figure]:
-    """Ratios between one solve and the next."""
+def measure(kind: str, series: str, steps: Steps) -> list[Figure]:
+    """Ratios between one solve of the series and the next."""
     surface = make_shape(kind, SHAPES[kind])
     goal = tw.TransformGoal(scale=[1.15, 0.9, 1.1], rotation_deg=[0, 0, 8])
     runs = []
-    for tolerance, radius in STEPS:
+    for tolerance, radius in steps:
         objective = tw.Objective(tolerance_mm=tolerance, edge_radius_mm=radius)
         scene = tw.Scene([tw.Prop(kind, surface, goal)], tw.Outer(), objective)
         tw.solve(scene, tolerance_mm=1.0)  # compiles
@@ -42,7 +46,7 @@ def measure(kind: str) -> list[Figure]:
     figures = []
     for (coarse, before, slow), (fine, after, slower) in pairwise(runs):
         halvings = coarse / fine
-        what = f"{kind}, {coarse:.3g} to {fine:.3g} mm"
+        what = f"{kind}, {series}, {coarse:.3g} to {fine:.3g} mm"
         limit = 4.6 if halvings == 2.0 else None
         figures += [
             Figure(f"{what}: spacing", halvings, "×"),
@@ -56,7 +60,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
-    figures = [figure for kind in SHAPES for figure in measure(kind)]
+    figures = measure("box", "same tolerance", SAME_TOLERANCE)
+    for kind in SHAPES:
+        figures += measure(kind, "a quarter of the tolerance", QUARTERED)
     print_figures("halving the finest spacing", figures)
     if options.json:
         save_json(options.json, figures)
