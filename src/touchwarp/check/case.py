@@ -30,6 +30,9 @@ from touchwarp.warp.protocol import Warp
 
 Float = NDArray[np.float64]
 
+ON_PLANE = 5e-6
+"""m: a foot nearer than this to a fixed plane lies on it."""
+
 
 class Finding(NamedTuple):
     """What one family of checks found.
@@ -131,6 +134,23 @@ class Case:
     def contact_errors(self) -> dict[str, Float]:
         """By prop, (n,) m: the contact error at its surface samples."""
         return {p.name: self.contact_error(p.samples.points, p.samples.targets) for p in self.props}
+
+    @cached_property
+    def standing(self) -> dict[str, NDArray[np.bool_]]:
+        """By prop, (n,): samples of a closed prop's foot, where it lies in a fixed plane.
+
+        No hand comes between the two. An open sheet that lies there is touched from above.
+        """
+        return {p.name: self._standing(p) for p in self.props}
+
+    def _standing(self, prop: PropCase) -> NDArray[np.bool_]:
+        points, outward = prop.samples.points, prop.body.outward * prop.samples.normals
+        found = np.zeros(len(points), dtype=np.bool_)
+        if prop.body.closed:
+            for point, normal in self.region.planes:
+                on = np.abs((points - point) @ normal) < ON_PLANE
+                found |= on & (outward @ normal < -0.5)
+        return found & ~found.all()  # what lies there whole is touched from above
 
     @cached_property
     def maps(self) -> dict[str, MapMeasures]:

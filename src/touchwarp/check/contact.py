@@ -33,13 +33,13 @@ def check_contact(case: Case) -> Finding:
     checks: list[Check] = []
     shown = {}
     for prop in case.props:
-        error = case.contact_errors[prop.name]
+        error, standing = case.contact_errors[prop.name], case.standing[prop.name]
         edge_points, edge_targets = prop.edges.sample(
             prop.goal, EDGE_SAMPLES, case.random("edges " + prop.name)
         )
         edge_error = case.contact_error(edge_points, edge_targets)
         tube = _in_tube(prop.samples.points, edge_points, case.edge_radius)
-        checks += _area_checks(case, prop, error, tube)
+        checks += _area_checks(case, prop, error, tube, standing)
         checks += _edge_checks(case, prop, edge_points, edge_error)
         shown[prop.name] = {
             "tube": tube,
@@ -62,20 +62,28 @@ def _in_tube(points: Float, edge_points: Float, radius: float) -> NDArray[np.boo
     return near
 
 
-def _area_checks(case: Case, prop: PropCase, error: Float, tube: NDArray[np.bool_]) -> list[Check]:
+def _area_checks(
+    case: Case,
+    prop: PropCase,
+    error: Float,
+    tube: NDArray[np.bool_],
+    standing: NDArray[np.bool_],
+) -> list[Check]:
+    """Of what can be touched, and of the foot that stands on a plane, both (n,) masks."""
     tolerance_mm = 1e3 * case.tolerance
-    p99 = float(np.quantile(error, 0.99))
-    beyond = float((error > case.tolerance).mean())
+    touched, points = error[~standing], prop.samples.points[~standing]
+    p99 = float(np.quantile(touched, 0.99))
+    beyond = float((touched > case.tolerance).mean())
     return [
         measured(
             "contact.mean",
             "Contact error, mean",
-            1e3 * float(error.mean()),
+            1e3 * float(touched.mean()),
             "mm",
             limit=MEAN_SHARE * tolerance_mm,
             subject=prop.name,
             whole="a mean over the whole surface",
-            detail=f"|f − g| over {len(error):,} samples of the surface, uniform in area.",
+            detail=f"|f − g| over {len(touched):,} samples of the surface, uniform in area.",
             source=f"{MEAN_SHARE:g} × {_SOURCE}",
         ),
         measured(
@@ -85,19 +93,39 @@ def _area_checks(case: Case, prop: PropCase, error: Float, tube: NDArray[np.bool
             "mm",
             limit=tolerance_mm,
             subject=prop.name,
-            where=place(prop.samples.points, np.abs(error - p99).argmin()),
+            where=place(points, np.abs(touched - p99).argmin()),
             detail=f"{100 * beyond:.2g} % of the surface is beyond the tolerance.",
             source=_SOURCE,
         ),
-        *_greatest_checks(case, prop, error, tube),
+        *_greatest_checks(case, prop, touched, points, tube[~standing]),
+        *_foot_checks(prop, error, standing),
+    ]
+
+
+def _foot_checks(prop: PropCase, error: Float, standing: NDArray[np.bool_]) -> list[Check]:
+    if not standing.any():
+        return []
+    foot = error[standing]
+    p99 = float(np.quantile(foot, 0.99))
+    return [
+        measured(
+            "contact.foot",
+            "Contact error on the foot, 99th percentile",
+            1e3 * p99,
+            "mm",
+            group="told",
+            subject=prop.name,
+            where=place(prop.samples.points[standing], np.abs(foot - p99).argmin()),
+            detail=f"{100 * standing.mean():.2g} % of the surface lies on a fixed plane: no hand "
+            "comes there, and it counts in no other contact check.",
+        )
     ]
 
 
 def _greatest_checks(
-    case: Case, prop: PropCase, error: Float, tube: NDArray[np.bool_]
+    case: Case, prop: PropCase, error: Float, points: Float, tube: NDArray[np.bool_]
 ) -> list[Check]:
-    """The greatest error outside the tube (n,) around sharp edges, and anywhere."""
-    points = prop.samples.points
+    """The greatest error (n,) at points (n, d), outside the tube (n,) of edges and anywhere."""
     tolerance_mm, edge_mm = 1e3 * case.tolerance, 1e3 * case.edge_radius
     checks = []
     if tube.all():
