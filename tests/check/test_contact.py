@@ -19,7 +19,7 @@ from tests.check.stand_ins import (
 )
 from touchwarp.check.contact import check_contact
 from touchwarp.check.report import Check
-from touchwarp.scene import Prop
+from touchwarp.scene import Prop, Surface
 
 
 def found(scene, warp, **more) -> dict[str, Check]:
@@ -80,3 +80,32 @@ def test_two_props_have_half_the_samples_each() -> None:
     assert [len(p.samples.points) for p in case.props] == [10_000, 10_000]
     checks = check_contact(case).checks
     assert {c.subject for c in checks if c.name == "contact.mean"} == {"ball", "other"}
+
+
+def test_a_foot_on_the_table_is_told_by_itself() -> None:
+    # 1 mm off on the foot alone, where no hand comes between block and table
+    off = Spoiled(Still(), lambda x: np.where(x[:, 2:] < 1e-9, np.array([1e-3, 0, 0]), 0.0))
+    checks = found(block_scene(), off)
+    assert checks["contact.p99"].value == checks["contact.max"].value == 0.0
+    assert checks["contact.foot"].value == pytest.approx(1.0)
+    # 60 × 40 of the block's 2 (60 × 40 + 60 × 100 + 40 × 100) mm²
+    assert "9.7 % of the surface lies on a fixed plane" in checks["contact.foot"].detail
+
+
+@pytest.mark.parametrize("what", ["no table", "above it", "an open sheet"])
+def test_a_foot_that_a_hand_can_reach_is_touched(what: str) -> None:
+    scene = block_scene()
+    if what == "no table":
+        scene = replace(scene, fixed=[])
+    elif what == "above it":
+        surface = scene.props[0].surface.transformed(translation(0, 0, 2e-5))
+        scene = replace(scene, props=[Prop("block", surface)])
+    else:
+        # its underside alone, wound as it was: from above it can be touched
+        surface = scene.props[0].surface
+        low = (surface.vertices[surface.faces][:, :, 2] < 1e-9).all(axis=1)
+        scene = replace(scene, props=[Prop("block", Surface(surface.vertices, surface.faces[low]))])
+    off = Spoiled(Still(), lambda x: np.where(x[:, 2:] < 3e-5, np.array([1e-3, 0, 0]), 0.0))
+    checks = found(scene, off)
+    assert checks["contact.p99"].value == pytest.approx(1.0)
+    assert "contact.foot" not in checks

@@ -10,7 +10,8 @@ from scipy.spatial import cKDTree
 
 from touchwarp.errors import GoalError
 from touchwarp.export import paint_texture, write_goal, write_png
-from touchwarp.export.shape_texture import ShapeTexture
+from touchwarp.export.atlas import _collapsed
+from touchwarp.export.shape_texture import BEYOND, ShapeTexture, _paint
 from touchwarp.goals import Goal, goals
 from touchwarp.scene import DirectionGoal, Prop, Scene, parse_scene
 from touchwarp.scene.shapes import box, polygon, sphere
@@ -139,6 +140,30 @@ def test_faces_with_no_area_have_a_place_too(
         lambda points, rows, faces, uv, dropped: (rows, faces, uv),
     )
     assert paint_texture(needled).error > 1e-3
+
+
+def test_a_needle_on_a_border_paints_no_greater_values_than_a_triangle_does() -> None:
+    # a thousandth of a texel high: two texels beyond it its slope would have come to 2000
+    needle = np.array([[10.0, 10.0], [20.0, 10.0], [15.0, 9.999]])
+    image, depth = np.zeros((30, 30, 3)), np.full((30, 30), -np.inf)
+    _paint(needle, np.array([[0, 1, 2]]), np.array([[0.0] * 3, [0.0] * 3, [1.0] * 3]), image, depth)
+    assert (np.isfinite(depth)).sum() > 40
+    assert np.abs(image).max() < 1 + 2 * BEYOND + 1e-9
+    # a triangle that is no needle is carried on by its own slope
+    plain = np.array([[10.0, 10.0], [20.0, 10.0], [15.0, 20.0]])
+    image, depth = np.zeros((30, 30, 3)), np.full((30, 30), -np.inf)
+    _paint(plain, np.array([[0, 1, 2]]), 0.1 * plain[:, [1, 1, 1]], image, depth)
+    assert image[9, 15] == pytest.approx([0.9] * 3, abs=1e-12)
+
+
+def test_a_face_whose_corners_share_a_texel_is_known() -> None:
+    corners = (
+        np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]] * 4) * np.array([1, 2, 3, 1e-3])[:, None, None]
+    )
+    places = corners[:, :, :2] * 7.0
+    assert not _collapsed(corners, places).any()
+    places[3] = places[3, 0]
+    assert _collapsed(corners, places).tolist() == [False, False, False, True]
 
 
 def test_a_size_can_be_asked_for(goal: Goal) -> None:

@@ -33,6 +33,9 @@ Float = NDArray[np.float64]
 
 EDGE_SAMPLES = 100_000
 
+ON_PLANE = 5e-6
+"""m: a foot nearer than this to a fixed plane lies on it."""
+
 
 class Finding(NamedTuple):
     """What one family of checks found.
@@ -162,14 +165,32 @@ class Case:
 
     @cached_property
     def greatest_contact_error(self) -> float:
-        """m: on surfaces and sharp edges, where no fixed surface forbids the goal."""
+        """m: on surfaces in reach and sharp edges, where no fixed surface forbids the goal."""
         greatest = 0.0
         for prop in self.props:
-            on_surface = prop.samples.points, self.contact_errors[prop.name]
+            reached = ~self.standing[prop.name]
+            on_surface = prop.samples.points[reached], self.contact_errors[prop.name][reached]
             for points, error in (on_surface, self.edge_contact[prop.name]):
                 kept = error[~self.contradicted(prop, points)]
                 greatest = max(greatest, float(kept.max(initial=0.0)))
         return greatest
+
+    @cached_property
+    def standing(self) -> dict[str, NDArray[np.bool_]]:
+        """By prop, (n,): samples of a closed prop's foot, where it lies in a fixed plane.
+
+        No hand comes between the two. An open sheet that lies there is touched from above.
+        """
+        return {p.name: self._standing(p) for p in self.props}
+
+    def _standing(self, prop: PropCase) -> NDArray[np.bool_]:
+        points, outward = prop.samples.points, prop.body.outward * prop.samples.normals
+        found = np.zeros(len(points), dtype=np.bool_)
+        if prop.body.closed:
+            for point, normal in self.region.planes:
+                on = np.abs((points - point) @ normal) < ON_PLANE
+                found |= on & (outward @ normal < -0.5)
+        return found & ~found.all()  # what lies there whole is touched from above
 
     @cached_property
     def maps(self) -> dict[str, MapMeasures]:

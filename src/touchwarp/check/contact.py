@@ -26,16 +26,19 @@ def check_contact(case: Case) -> Finding:
     The error is the length of f(x) − g(x): it counts what slides along the virtual surface as well
     as what stands off it. Samples within `edge_radius` of a sharp edge count in the mean and the
     percentile; the greatest error is held against its limit outside that tube, where the exact
-    warp is smooth, and told inside it. Samples where a fixed surface forbids the goal count apart.
+    warp is smooth, and told inside it. Samples of a foot that no hand can reach, and those where a
+    fixed surface forbids the goal, count apart.
     """
     checks: list[Check] = []
     shown = {}
     for prop in case.props:
         edge_points, edge_error = case.edge_contact[prop.name]
         tube = _in_tube(prop.samples.points, edge_points, case.edge_radius)
-        given = case.contradicted(prop, prop.samples.points)
-        checks += _area_checks(case, prop, tube, given)
+        standing = case.standing[prop.name]
+        given = case.contradicted(prop, prop.samples.points) & ~standing
+        checks += _area_checks(case, prop, tube, ~standing & ~given)
         checks += _contradiction_checks(case, prop, given)
+        checks += _foot_checks(case, prop, standing)
         checks += _edge_checks(case, prop, edge_points, edge_error)
         shown[prop.name] = {
             "tube": tube,
@@ -60,12 +63,11 @@ def _in_tube(points: Float, edge_points: Float, radius: float) -> NDArray[np.boo
 
 
 def _area_checks(
-    case: Case, prop: PropCase, tube: NDArray[np.bool_], given: NDArray[np.bool_]
+    case: Case, prop: PropCase, tube: NDArray[np.bool_], kept: NDArray[np.bool_]
 ) -> list[Check]:
-    """Of the samples (n,), those in the tube around edges and where the goal gives way marked."""
+    """Of the samples (n,) that are kept, which of them are in the tube around edges told apart."""
     tolerance_mm = 1e3 * case.tolerance
-    kept = np.flatnonzero(~given)
-    if len(kept) == 0:
+    if not kept.any():
         nowhere = "A fixed surface forbids the goal everywhere on this prop."
         return [
             unmeasured(name, f"Contact error, {what}", "mm", subject=prop.name, detail=nowhere)
@@ -98,6 +100,27 @@ def _area_checks(
             source=_SOURCE,
         ),
         *_greatest_checks(case, prop, points, error, tube[kept]),
+    ]
+
+
+def _foot_checks(case: Case, prop: PropCase, standing: NDArray[np.bool_]) -> list[Check]:
+    """The contact error at those samples (n,) that no hand can reach."""
+    if not standing.any():
+        return []
+    foot = case.contact_errors[prop.name][standing]
+    p99 = float(np.quantile(foot, 0.99))
+    return [
+        measured(
+            "contact.foot",
+            "Contact error on the foot, 99th percentile",
+            1e3 * p99,
+            "mm",
+            group="told",
+            subject=prop.name,
+            where=place(prop.samples.points[standing], np.abs(foot - p99).argmin()),
+            detail=f"{100 * standing.mean():.2g} % of the surface lies on a fixed plane: no hand "
+            "comes there, and it counts in no other contact check.",
+        )
     ]
 
 

@@ -10,6 +10,8 @@ from touchwarp.scene.uv_mesh import UvMesh
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
+# A face with less than this part of the usual texels for its size is placed beside another.
+LEAST_ROOM = 0.1
 # Texels between charts, so that no bilinear sample mixes two.
 PADDING = 4
 
@@ -41,6 +43,7 @@ def unwrap(points: Float, faces: Int, size: int) -> tuple[UvMesh, Int, tuple[int
     rows, placed, uv = (np.asarray(a) for a in atlas.get_mesh(0))
     # what xatlas has dropped lies in the corner, where padding lets nothing else be
     dropped = (uv[placed] == 0).all(axis=2).any(axis=1)
+    dropped |= _collapsed(positions[rows[placed]], uv[placed] * [atlas.width, atlas.height])
     rows, placed, uv = with_needles(
         points, rows.astype(np.int64), placed.astype(np.int64), uv.astype(np.float64), dropped
     )
@@ -48,6 +51,19 @@ def unwrap(points: Float, faces: Int, size: int) -> tuple[UvMesh, Int, tuple[int
     flipped = np.stack([uv[:, 0], 1 - uv[:, 1]], axis=1)
     shape = (int(atlas.height), int(atlas.width))
     return UvMesh(points[rows], placed, flipped), rows, shape
+
+
+def _collapsed(corners: Float, places: Float) -> NDArray[np.bool_]:
+    """(m,): which faces have next to no room for their size, as charts of one tiny face have.
+
+    All its corners then share a texel, which cannot hold what each of them is displaced by.
+    """
+    around, room = (
+        np.linalg.norm(at - np.roll(at, 1, axis=1), axis=2).sum(axis=1) for at in (corners, places)
+    )
+    usual = np.median(room[around > 0] / around[around > 0])
+    shrunk: NDArray[np.bool_] = room < LEAST_ROOM * usual * around
+    return shrunk
 
 
 def with_needles(

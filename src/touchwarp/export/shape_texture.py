@@ -102,6 +102,12 @@ def _paint(places, faces, values, image, depth):
                 if inside < -BEYOND or inside <= depth[y, x]:
                     continue
                 depth[y, x] = inside
+                # far beyond a needle, its slope across would carry values out of all bounds
+                steepest = min(u, v, w)
+                if steepest < -BEYOND:
+                    kept = (1 / 3 + BEYOND) / (1 / 3 - steepest)
+                    u, v = 1 / 3 + kept * (u - 1 / 3), 1 / 3 + kept * (v - 1 / 3)
+                    w = 1.0 - u - v
                 for i in range(3):
                     image[y, x, i] = (
                         u * values[faces[f, 0], i]
