@@ -36,3 +36,37 @@ def test_the_claim_rejects_all_that_is_near_the_table(monkeypatch: pytest.Monkey
 def test_a_foot_that_would_leave_the_table_contradicts_it() -> None:
     goal = tw.TransformGoal(pivot="base", translation=(0.0, 0.0, 0.004))
     assert contradiction_mm(goal) == pytest.approx(4.0, abs=1e-9)
+
+
+def greatest_step_mm() -> float:
+    """Between boundary values 1 µm apart, along a tilted mug's foot and 1 mm above it."""
+    table = tw.Fixed("table", plane=([0, 0, 0], [0, 0, 1]), contact="slide")
+    tilted = tw.TransformGoal(pivot="base", rotation_deg=(8.0, 5.0, 0.0))
+    scene = tw.Scene([tw.Prop("mug", mug(), tilted)], Outer(box=BOX), tw.Objective(), [table])
+    own = goals(scene)
+    problem = make_problem(scene, own)
+    data = problem.goal_data(own)
+    worst = 0.0
+    for start in np.random.default_rng(0).uniform([-0.03, -0.03, 0], [0.03, 0.03, 1e-3], (10, 3)):
+        points = start + np.linspace(0.0, 5e-3, 5001)[:, None] * np.array([0.6, 0.8, 0.0])
+        values = np.zeros((len(points), 4))
+        terms = problem.blend.terms(problem.frame.to_grid(points), np.zeros(len(points), np.int16))
+        problem.blend.apply(values, terms, data, problem.normal_lanes)
+        worst = max(worst, 1e3 * np.abs(np.diff(values[:, 2])).max())
+    return worst
+
+
+def test_what_gives_way_does_so_without_steps() -> None:
+    """A tilt of 8° rises by 0.14 µm in one, and by several times that between samples."""
+    assert greatest_step_mm() < 0.002
+
+
+def test_that_claim_rejects_the_nearest_sample_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The twin: of two the farther has no weight."""
+    monkeypatch.setattr(blend, "NEAREST", 2)
+    assert greatest_step_mm() > 0.02
+
+
+def test_a_contact_of_one_sample_gives_way_to_that(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(blend, "NEAREST", 1)
+    assert np.isfinite(greatest_step_mm())

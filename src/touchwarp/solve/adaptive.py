@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from touchwarp.errors import SolveError
 from touchwarp.solve.blend import Yielding, terms_of_cuts
 from touchwarp.solve.edges import points_along, sharp_edges
 from touchwarp.solve.estimate import discretisation_error
@@ -16,6 +15,7 @@ from touchwarp.solve.ghosts import extended_inwards
 from touchwarp.solve.interface import hanging_values
 from touchwarp.solve.level import LOCAL, OFFSETS
 from touchwarp.solve.marking import SAFETY, Marker
+from touchwarp.solve.memory import check_memory
 from touchwarp.solve.multigrid import SWEEPS, Lanes, Multigrid, Stage
 from touchwarp.solve.problem import Problem
 from touchwarp.solve.refine import octant_coordinates, surrounded, unique_rows, widened
@@ -26,12 +26,6 @@ from touchwarp.solve.stencil import LANES
 from touchwarp.solve.tube import Tube
 
 Progress = Callable[[str, float], None]
-
-BYTES_PER_NODE = 150
-"""Peak memory a node, measured by `benchmarks/memory.py`, table and fit included."""
-
-NODES_PER_BRICK = 640
-"""Nodes a refined brick adds, rims included."""
 
 CELLS_ACROSS_TUBE = 2.0
 """The finest cells near edges are no larger than the tube's radius over this, …"""
@@ -45,10 +39,6 @@ RIM = 0.5
 
 AGAIN = 0.75
 """… and again while it misses the new rim by more than this. The table keeps what is missed."""
-
-STEPS_BACK = 2
-"""A demand rebuilds levels from this many above its cells, so that they can make room for finer
-ones; a second one from twice as many, and so on."""
 
 FEW = 0.1
 """No round is made for points that are fewer than this share of those where cells are capped."""
@@ -98,8 +88,7 @@ class AdaptiveSolver:
         self._lane_scale = np.ones(LANES, np.float32)
         self._yielding: list[Yielding] = []
         self._needed = [stage.level.has_cells for stage in self.multigrid.stages]
-        self._kept = self.multigrid.root + 1
-        self._steps_back = STEPS_BACK
+        self._demanded = False
         self._depth_at_edges = self._depth_of(edge_radius / CELLS_ACROSS_TUBE)
         self._errors: list[NDArray[np.float32]] = []
         self._missed = np.inf
@@ -115,8 +104,8 @@ class AdaptiveSolver:
     ) -> None:
         """Grow a grid for boundary data (v, 4) until the tolerance should be met, edges apart.
 
-        A second call, for the same data, follows `sharpen` or `demand`, and keeps the levels that
-        these do not change.
+        A second call follows `sharpen` or `demand`; no cell is taken away, and where the data are
+        those solved for last, levels start from what they had.
 
         Args:
             data: boundary data at the corners.
@@ -126,23 +115,32 @@ class AdaptiveSolver:
         Raises:
             SolveError: memory would not suffice, or no convergence.
         """
-        self._data, self._lane_scale = data, lane_scale
-        grid = self.multigrid
-        grid.floor_zero = normal_lanes
+        self._lane_scale = lane_scale
         self._errors = []
         if not self.regions:
-            for i in range(len(grid.stages)):
+            self._data, self.multigrid.floor_zero = data, normal_lanes
+            for i in range(len(self.multigrid.stages)):
                 self._start(i, data)
-        elif self._kept < len(grid.stages):
-            grid.drop_from(self._kept)
-            for levels in (self.regions, self._yielding, self._needed):
-                del levels[self._kept :]
-            grid.cycle()
-        while len(bricks := self._next_bricks(data, lane_scale, self._depth_at_edges)):
-            self._check_memory(len(bricks))
-            self._add_level(bricks, bricks, data)
+        earlier = self._taken_away() if self._demanded else []
+        known = self._set_data(data, normal_lanes)
+        if not known:
+            self.multigrid.cycle()
+        while True:
+            bricks = needed = self._next_bricks(data, lane_scale, self._depth_at_edges)
+            before = None
+            if earlier:
+                before, was_needed = earlier.pop(0)
+                have = before.level.bricks[before.level.has_cells].astype(np.int64)
+                bricks = unique_rows(np.concatenate([bricks, have]), before.level.cells // 8)
+                needed = np.concatenate([needed, before.level.bricks[was_needed]])
+            if len(bricks) == 0:
+                break
+            check_memory(
+                self.nodes, len(bricks), self.memory_limit, self.tolerance, self._error_outside_tube
+            )
+            self._add_level(bricks, needed, data, before if known else None)
             self._tell(f"{self.nodes:,} nodes", self._share_done())
-        agree(grid.stages, self.regions, self.problem.boundary.owner)
+        agree(self.multigrid.stages, self.regions, self.problem.boundary.owner)
         self._find_thin_parts()
         self.settle()
 
@@ -159,7 +157,6 @@ class AdaptiveSolver:
         if self._missed < SAFETY * self.tolerance or self._missed > HELPED * before:
             return False
         self._depth_at_edges = finest + 1
-        self._kept = len(stages)
         return True
 
     def solve(self, data: NDArray[np.float64], normal_lanes: NDArray[np.bool_]) -> None:
@@ -169,12 +166,7 @@ class AdaptiveSolver:
             SolveError: no convergence.
         """
         self._missed = np.inf
-        known = np.array_equal(data, self._data)
-        if not (known and np.array_equal(normal_lanes, self.multigrid.floor_zero)):
-            self._data = data
-            self.multigrid.floor_zero = normal_lanes
-            for i in range(len(self.multigrid.stages)):
-                self.multigrid.set_stage_goal(i, data, self._yielding[i])
+        self._set_data(data, normal_lanes)
         self.settle()
 
     def demand(self, points: NDArray[np.float64], depths: NDArray[np.int64]) -> bool:
@@ -189,8 +181,7 @@ class AdaptiveSolver:
             return False
         self.marker.demand(points[can], depths[can])
         self._missed = np.inf
-        self._kept = self.multigrid.root + 1 + max(0, int(depths[can].min()) - self._steps_back)
-        self._steps_back *= 2
+        self._demanded = True
         return True
 
     def settle(self) -> None:
@@ -225,6 +216,26 @@ class AdaptiveSolver:
             self.marker.capped,
             contradiction,
         )
+
+    def _taken_away(self) -> list[tuple[Stage, NDArray[np.bool_]]]:
+        """All refined levels and what was needed of them; coarser ones can make room for finer
+        ones when these come again."""
+        self._demanded = False
+        first = self.multigrid.root + 1
+        taken = list(zip(self.multigrid.drop_from(first), self._needed[first:], strict=True))
+        for levels in (self.regions, self._yielding, self._needed):
+            del levels[first:]
+        return taken
+
+    def _set_data(self, data: NDArray[np.float64], normal_lanes: NDArray[np.bool_]) -> bool:
+        """Give all levels their boundary data (v, 4); whether they had them."""
+        grid = self.multigrid
+        if np.array_equal(data, self._data) and np.array_equal(normal_lanes, grid.floor_zero):
+            return True
+        self._data, grid.floor_zero = data, normal_lanes
+        for i in range(len(grid.stages)):
+            grid.set_stage_goal(i, data, self._yielding[i])
+        return False
 
     def _start(self, i: int, data: NDArray[np.float64], narrow: Stage | None = None) -> None:
         """First values on level i: from the coarser one, or from the level that i replaces."""
@@ -363,11 +374,15 @@ class AdaptiveSolver:
 
     def _error_outside_tube(self) -> float:
         """m: the greatest estimated discretisation error farther than the radius from edges."""
-        errors = self._errors
-        if len(errors) < len(self.multigrid.stages):
-            errors = discretisation_error(self.multigrid, self._lane_scale)
-        frame, least = self.problem.frame, 0.5 * self.tolerance
-        return self.tube.greatest_outside(frame, self.multigrid.stages, self.regions, errors, least)
+        grid, errors = self.multigrid, self._errors
+        if len(errors) < len(grid.stages):
+            errors = discretisation_error(grid, self._lane_scale)
+        # what a level would miss where a finer one stands in for it is missed by nobody
+        seen = [np.where(grid.covered(i), 0.0, error) for i, error in enumerate(errors)]
+        least = 0.5 * self.tolerance
+        return self.tube.greatest_outside(
+            self.problem.frame, grid.stages, self.regions, seen, least
+        )
 
     def _depth_of(self, spacing: float) -> int:
         """The first level with cells no larger than `spacing` (m)."""
@@ -375,24 +390,7 @@ class AdaptiveSolver:
             return 12
         return max(0, int(np.ceil(np.log2(self.problem.frame.spacing.max() / spacing) - 1e-9)))
 
-    def _check_memory(self, bricks: int) -> None:
-        needed = (self.nodes + bricks * NODES_PER_BRICK) * BYTES_PER_NODE
-        if needed <= self.memory_limit:
-            return
-        met = max(self._error_outside_tube(), self.tolerance * 1.5)
-        raise SolveError(
-            f"A tolerance of {self.tolerance * 1e3:g} mm needs more than {needed / 1e9:.2g} GB, "
-            f"over the limit of {self.memory_limit / 1e9:.2g} GB. What fits is about "
-            f"{_rounded_up(met * 1e3 * needed / self.memory_limit):g} mm: ask for that tolerance, "
-            "or allow more memory."
-        )
-
     def _share_done(self) -> float:
         depth = self.multigrid.stages[-1].level.depth
         planned = self._depth_of(self.edge_radius / CELLS_ACROSS_TUBE)
         return min(0.9, 0.9 * 4.0 ** (depth - planned))
-
-
-def _rounded_up(value: float) -> float:
-    scale = 10.0 ** np.floor(np.log10(value))
-    return float(np.ceil(value / scale * 10.0) / 10.0 * scale)

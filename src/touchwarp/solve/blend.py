@@ -1,7 +1,7 @@
 """Where a goal contradicts a fixed surface at the contact line, one turns into the other.
 
 A prop that stands on a table may have a goal that lifts its foot, while the table lets nothing
-through. Near the table, the part of u that contradicts it at the nearest point of contact is taken
+through. Near the table, the part of u that contradicts it at the nearest points of contact is taken
 away: wholly at the table, not at all `blend_mm` above it. The rest of the goal stays. This is
 linear in g.
 """
@@ -33,6 +33,10 @@ NOTHING = 1e-12
 
 PITCH = 1e-3
 """m, between the samples that stand for the line of contact."""
+
+NEAREST = 12
+"""Of these many a mean is taken, in which the farthest has no weight, so that nothing jumps where
+another comes in its place."""
 
 BESIDE = 2e-3
 """m: of samples that near to one another, …"""
@@ -81,6 +85,13 @@ class _Contact:
             return np.abs((points - self.point) @ self.normal)
         assert self.tree is not None
         return np.asarray(self.tree.query(points)[0])
+
+    def nearest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """The samples of contact nearest to points (n, 3) m, (n, k), and the weight of each."""
+        count = min(NEAREST, len(self.triangle))
+        away, feet = self.feet.query(points, np.arange(1, count + 1), workers=threads())
+        weight = (1.0 - away / np.maximum(away[:, -1:], 1e-12) + 1e-9) ** 2
+        return feet, weight / weight.sum(axis=1, keepdims=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,16 +144,18 @@ class Blend:
             if len(index) == 0:
                 continue
             s = distance / contact.width
-            foot = contact.feet.query(points, workers=threads())[1]
-            result.append(
+            feet, share = contact.nearest(points)
+            share *= (1.0 - s * s * (3.0 - 2.0 * s))[:, None]
+            result += [
                 Terms(
                     index,
                     contact.triangle[foot],
                     contact.barycentric[foot],
-                    1.0 - s * s * (3.0 - 2.0 * s),
+                    strength,
                     np.full(len(index), contact.slide),
                 )
-            )
+                for foot, strength in zip(feet.T, share.T, strict=True)
+            ]
         return result
 
     def may_give_way(

@@ -37,7 +37,6 @@ def fit_round(
     *,
     refine: Callable[[TableError], bool] | None = None,
     slack: float = 1.0,
-    of_goal: bool = True,
 ) -> Round | None:
     """Fit a table to what `solver` has found for boundary data (v, 4).
 
@@ -49,7 +48,6 @@ def fit_round(
             them the result is None, and it has to build again. The field is looked at before the
             fit, which takes as long as a solve.
         slack: errors up to this many times the solver's tolerance will do.
-        of_goal: whether the data are of a goal; else of a basis field.
     """
     problem = solver.problem
     solution = solver.solution(problem.blend.contradiction(data, normal_lanes))
@@ -67,7 +65,6 @@ def fit_round(
             slack * solver.tolerance,
             interpolation,
             fitted,
-            of_goal,
         )
 
     # a fit that only has to be applied takes little more than this look

@@ -112,7 +112,6 @@ def basis_rounds(whole: WarpSolver, tell: Progress) -> tuple[AdaptiveSolver, lis
             lane_scale,
             refine=refine,
             slack=STRICTNESS,
-            of_goal=False,
         )
         if found is not None:
             rounds.append(found)

@@ -82,7 +82,6 @@ def estimate_error(
     tolerance: float,
     interpolation: list[NDArray[np.float32]],
     fitted: Fitted | None = None,
-    of_goal: bool = True,
 ) -> TableError:
     """Discretisation (τ) and interpolation, and what hanging and fitting moved.
 
@@ -93,8 +92,6 @@ def estimate_error(
         tolerance: m.
         interpolation: see `interpolation_error`.
         fitted: the table; without it, what hanging and fitting add is left out.
-        of_goal: else of a basis field, which may jump where a prop stands on the sliding plane:
-            contact is not asked of each place there.
     """
     outside: list[NDArray[np.floating]] = [np.zeros(1)]
     points: list[Real] = [np.empty((0, 3))]
@@ -124,12 +121,10 @@ def estimate_error(
         depths.append(np.full(int(poor.sum()), stage.level.depth))
     p99, worst = (0.0, 0.0) if fitted is None else _contact(problem, fitted)
     if fitted is not None:
-        within = beyond = tolerance if p99 > tolerance else np.inf
-        if of_goal:
-            # the fit serves its own samples best, so their percentile has to keep a distance
-            within = tolerance if p99 > SAFETY * tolerance else GROSS * tolerance
-            # where the field is poor it is because of cells like those whose contact is
-            beyond = tolerance if any(len(found) for found in points) else within
+        # the fit serves its own samples best, so their percentile has to keep a distance
+        within = tolerance if p99 > SAFETY * tolerance else GROSS * tolerance
+        # where the field is poor it is because of cells like those whose contact is
+        beyond = tolerance if any(len(found) for found in points) else within
         for i, where in enumerate(_poor_contact(problem, solution, fitted, tube, within, beyond)):
             points.append(where)
             depths.append(np.full(len(where), solution.stages[i].level.depth))
