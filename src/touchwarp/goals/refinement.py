@@ -198,14 +198,12 @@ def _squared(vertices, faces, f, e):
 
 @njit(cache=True)
 def _longest(vertices, faces, f):
-    one, two, three = (
-        _squared(vertices, faces, f, 0),
-        _squared(vertices, faces, f, 1),
-        _squared(vertices, faces, f, 2),
-    )
-    if one >= two:
-        return 0 if one >= three else 2
-    return 1 if two >= three else 2
+    longest, length = 0, -1.0
+    for e in range(3):
+        squared = _squared(vertices, faces, f, e)
+        if squared > length:
+            longest, length = e, squared
+    return longest
 
 
 @njit(cache=True)
