@@ -48,26 +48,25 @@ class CurvatureMismatch(NamedTuple):
         """(n,) 1/m: seen less felt; positive where the surface looks more convex than it feels."""
         return self.seen - self.felt
 
+    def outward(self, felt: float, seen: float) -> CurvatureMismatch:
+        """What was measured by the winding, each surface's sign changed where its factor is −1."""
+        return self._replace(felt=felt * self.felt, seen=seen * self.seen)
+
 
 def curvature_mismatch(
-    goal: Goal,
-    virtual: Surface,
-    outward: tuple[float, float] = (1.0, 1.0),
-    radius: float = FINGERTIP_RADIUS,
+    goal: Goal, virtual: Surface, radius: float = FINGERTIP_RADIUS
 ) -> CurvatureMismatch:
     """Compare curvature at points of the prop, close together, with that at their images.
 
     Args:
         goal: the map.
-        virtual: the virtual object's surface.
-        outward: 1 where the prop's, and the virtual surface's, normals look outward, else −1.
+        virtual: the virtual object's surface; both are taken as wound outward.
         radius: m, of the fingertip.
     """
     with ThreadPoolExecutor() as pool:
         (prop, felt), (other, curvature) = pool.map(
-            lambda surface, sign: _refined(surface, sign, radius),
+            lambda surface: _refined(surface, radius),
             (Surface(goal.prop_points, goal.faces), virtual),
-            outward,
         )
     on_prop = SurfaceTree(goal.prop_points, goal.faces)
     at = on_prop.nearest(prop.vertices)
@@ -87,8 +86,7 @@ def curvature_mismatch(
     )
 
 
-def _refined(surface: Surface, outward: float, radius: float) -> tuple[Surface, Curvature]:
+def _refined(surface: Surface, radius: float) -> tuple[Surface, Curvature]:
     """The surface with edges short beside a fingertip, and the curvature at its vertices."""
     fine = refine(surface, radius / EDGES_PER_RADIUS)
-    mean, gaussian = fingertip_curvature(fine.vertices, fine.faces, radius)
-    return fine, Curvature(outward * mean, gaussian)
+    return fine, fingertip_curvature(fine.vertices, fine.faces, radius)

@@ -146,9 +146,18 @@ def measure_map(
     if virtual is None:
         virtual = Surface(goal.virtual_points, goal.faces)
     tree = SurfaceTree(virtual.vertices, virtual.faces)
-    coverage = cover(goal, virtual, tree, samples, seed)
-    taken = sample_surface(goal, samples, np.random.default_rng(seed))
-    below = tree.nearest(taken.targets)
+    with ThreadPoolExecutor() as pool:
+        curved = pool.submit(curvature_mismatch, goal, virtual)
+        covered = pool.submit(cover, goal, virtual, tree, samples, seed)
+        edges = pool.submit(edge_mismatch, goal, virtual, seed)
+        maps = tangent_maps(goal)
+        gradient, gradient_inverse = displacement_gradients(goal, maps)
+        stretch = stretches(maps)
+        taken = sample_surface(goal, samples, np.random.default_rng(seed))
+        below = tree.nearest(taken.targets)
+        used = np.unique(goal.faces)
+        vertex_distance = tree.nearest(goal.virtual_points[used]).distance
+    coverage = covered.result()
     felt_outward = outward(goal.prop_points, goal.faces)
     seen_outward = outward(virtual.vertices, virtual.faces)
     if seen_outward == 0.0:
@@ -157,14 +166,6 @@ def measure_map(
     cosine = (felt_outward * seen_outward) * np.einsum(
         "ij,ij->i", taken.normals, face_normals(virtual.vertices, virtual.faces)[below.elements]
     )
-    with ThreadPoolExecutor() as pool:
-        curvature = pool.submit(curvature_mismatch, goal, virtual, (felt_outward, seen_outward))
-        edges = pool.submit(edge_mismatch, goal, virtual, seed)
-        maps = tangent_maps(goal)
-        gradient, gradient_inverse = displacement_gradients(goal, maps)
-        stretch = stretches(maps)
-        used = np.unique(goal.faces)
-        vertex_distance = tree.nearest(goal.virtual_points[used]).distance
     return MapMeasures(
         goal=goal,
         virtual=virtual,
@@ -178,7 +179,7 @@ def measure_map(
         distance=below.distance,
         vertex_distance=vertex_distance,
         turn=np.arccos(np.clip(cosine, -1.0, 1.0)),
-        curvature=curvature.result(),
+        curvature=curved.result().outward(felt_outward, seen_outward),
         edges=edges.result(),
         landmark_error=_landmark_error(goal),
     )

@@ -198,27 +198,39 @@ def _squared(vertices, faces, f, e):
 
 @njit(cache=True)
 def _longest(vertices, faces, f):
-    one, two, three = (
-        _squared(vertices, faces, f, 0),
-        _squared(vertices, faces, f, 1),
-        _squared(vertices, faces, f, 2),
-    )
-    if one >= two:
-        return 0 if one >= three else 2
-    return 1 if two >= three else 2
+    longest, length = 0, -1.0
+    for e in range(3):
+        squared = _squared(vertices, faces, f, e)
+        if squared > length:
+            longest, length = e, squared
+    return longest
 
 
 @njit(cache=True)
 def _in_one_plane(vertices, a, b, c, d):
-    along = vertices[b] - vertices[a]
-    one = np.cross(along, vertices[c] - vertices[a])
-    two = np.cross(vertices[d] - vertices[a], along)
-    sizes = np.sqrt(np.dot(one, one) * np.dot(two, two))
-    return np.dot(one, two) > _FLAT * sizes
+    ux, uy, uz = _normal(vertices, a, b, c)
+    wx, wy, wz = _normal(vertices, a, d, b)
+    sizes = np.sqrt((ux * ux + uy * uy + uz * uz) * (wx * wx + wy * wy + wz * wz))
+    return ux * wx + uy * wy + uz * wz > _FLAT * sizes
+
+
+@njit(cache=True)
+def _normal(vertices, a, b, c):
+    """(b − a) × (c − a)."""
+    px, py, pz = _difference(vertices, a, b)
+    qx, qy, qz = _difference(vertices, a, c)
+    return py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
 
 
 @njit(cache=True)
 def _cotangent(vertices, corner, left, right):
-    one, two = vertices[left] - vertices[corner], vertices[right] - vertices[corner]
-    across = np.cross(one, two)
-    return np.dot(one, two) / max(np.sqrt(np.dot(across, across)), 1e-300)
+    px, py, pz = _difference(vertices, corner, left)
+    qx, qy, qz = _difference(vertices, corner, right)
+    x, y, z = _normal(vertices, corner, left, right)
+    return (px * qx + py * qy + pz * qz) / max(np.sqrt(x * x + y * y + z * z), 1e-300)
+
+
+@njit(cache=True)
+def _difference(vertices, a, b):
+    x, y, z = vertices[a, 0], vertices[a, 1], vertices[a, 2]
+    return vertices[b, 0] - x, vertices[b, 1] - y, vertices[b, 2] - z

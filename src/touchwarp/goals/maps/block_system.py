@@ -9,6 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from touchwarp.goals.maps.block_cholesky import BlockCholesky
+
 
 class BlockSystem:
     """A Gauss–Newton system H d = −g on a mesh's vertices, assembled term by term.
@@ -24,12 +26,11 @@ class BlockSystem:
         columns = np.tile(faces, (1, 3)).ravel()
         keys, place = np.unique(rows * vertices + columns, return_inverse=True)
         self.place = np.ascontiguousarray(place.reshape(-1, 3, 3))
-        self._column = (keys % vertices).astype(np.int32)
-        self._start = np.searchsorted(keys, np.arange(vertices + 1) * vertices).astype(np.int32)
+        start = np.searchsorted(keys, np.arange(vertices + 1) * vertices)
+        self._cholesky = BlockCholesky(start, keys % vertices)
         self.diagonal = np.searchsorted(keys, np.arange(vertices) * (vertices + 1))
         self.blocks = np.zeros((len(keys), 2, 2))
         self.slope = np.zeros((vertices, 2))
-        self._order: NDArray[np.int64] | None = None
 
     def clear(self) -> None:
         """Start a new assembly."""
@@ -81,29 +82,8 @@ class BlockSystem:
 
     def solve(self, damping: float) -> NDArray[np.float64]:
         """(n, 2): d of (H + damping · mean diagonal) d = −g."""
-        from scipy.sparse import bsr_matrix, diags_array
-        from scipy.sparse.linalg import splu
-
-        n = len(self.slope)
-        matrix = bsr_matrix((self.blocks, self._column, self._start), shape=(2 * n, 2 * n)).tocsc()
-        lift = damping * float(matrix.diagonal().mean())
-        matrix = (matrix + lift * diags_array(np.ones(2 * n))).tocsc()
-        right = -self.slope.ravel()
-        options = {"SymmetricMode": True}
-        if self._order is None:
-            factors = splu(
-                matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
-            )
-            self._order = np.argsort(factors.perm_c).astype(
-                np.int64
-            )  # the pattern stays: order it only once
-            return np.asarray(factors.solve(right).reshape(n, 2))
-        order = self._order
-        matrix = matrix[order][:, order].tocsc()
-        factors = splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options=options)
-        solution = np.empty(2 * n)
-        solution[order] = factors.solve(right[order])
-        return solution.reshape(n, 2)
+        mean = float(np.trace(self.blocks[self.diagonal], axis1=1, axis2=2).mean()) / 2
+        return self._cholesky.solve(self.blocks, damping * mean, -self.slope)
 
 
 @njit(cache=True, error_model="numpy")

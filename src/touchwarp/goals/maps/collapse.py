@@ -89,7 +89,8 @@ def _collapse_all(vertices, ring, shift, degree, least, points, guarded):
             k = degree[v]
             for j in range(k):
                 removed_ring[count, j] = ring[v, (i + j) % k]
-                removed_shift[count, j] = shift[v, (i + j) % k]
+                for d in range(2):
+                    removed_shift[count, j, d] = shift[v, (i + j) % k, d]
                 locked[ring[v, j]] = True
             removed[count], removed_degree[count] = v, k
             collapse(ring, shift, degree, removed_ring[count], removed_shift[count], k, v)

@@ -117,8 +117,8 @@ def faces_of(ring, shift, degree, alive):
             i = (j + 1) % degree[v]
             if v < ring[v, j] and v < ring[v, i]:
                 faces[found, 0], faces[found, 1], faces[found, 2] = v, ring[v, j], ring[v, i]
-                shifts[found, 1] = shift[v, j]
-                shifts[found, 2] = shift[v, i]
+                for d in range(2):
+                    shifts[found, 1, d], shifts[found, 2, d] = shift[v, j, d], shift[v, i, d]
                 found += 1
     return faces, shifts
 

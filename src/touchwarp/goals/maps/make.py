@@ -21,12 +21,12 @@ from touchwarp.goals.maps.hyperbolic.deck import Deck
 from touchwarp.goals.maps.hyperbolic.layout import unplaced
 from touchwarp.goals.maps.hyperbolic.marking import find_marking
 from touchwarp.goals.maps.hyperbolic.parameterise import lay_out as lay_out_marked
-from touchwarp.goals.maps.hyperbolic.search import MarkedPair, search_classes
+from touchwarp.goals.maps.hyperbolic.search import MarkedPair
 from touchwarp.goals.maps.layout import Layout
 from touchwarp.goals.maps.linear_map import linear_map
 from touchwarp.goals.maps.parameterise import check_topology, lay_out, work_mesh
 from touchwarp.goals.maps.refine import Weights
-from touchwarp.goals.maps.search import Found, Pair, Plan, Progress, search_map
+from touchwarp.goals.maps.search import Found, Pair, Plan, Progress
 from touchwarp.goals.maps.tidy import Tidied
 from touchwarp.goals.maps.unsheared import unsheared
 from touchwarp.goals.measure import measure_map
@@ -68,7 +68,7 @@ def area_preserving_goal(
         starts=spec.starts,
         seed=spec.seed,
     )
-    found = _search(pair, plan, progress)
+    found = pair.search(plan, progress)
     with ThreadPoolExecutor() as pool:
         one, other = pool.map(_areas_kept, _whole(tidied, found.layout, pair.virtual))
     return _goal(spec, pair, found, [(one, other)], _area_spread(one), start, progress)
@@ -99,9 +99,9 @@ def match_goal(prop: Prop, spec: MatchGoal, progress: Progress | None = None) ->
         seed=spec.seed,
         field_path=_field_path(spec.normal_weight + spec.curvature_weight),
     )
-    found = _search(pair, plan, progress)
+    found = pair.search(plan, progress)
     choices = [(found.layout, pair.virtual)]
-    if not isinstance(pair, MarkedPair):
+    if pair.prop.mesh.genus < 2:
         smooth = unsheared(pair, found.layout, plan.fine_weights)
         if smooth[0] is not found.layout:
             choices.insert(0, smooth)
@@ -117,12 +117,6 @@ def _field_path(weight: float) -> list[float]:
         path.append(part)
         part *= FIELD_GROWTH
     return path
-
-
-def _search(pair: Pair, plan: Plan, progress: Progress | None) -> Found:
-    if isinstance(pair, MarkedPair):
-        return search_classes(pair, plan, progress)
-    return search_map(pair, plan, progress)
 
 
 def _whole(tidied: tuple[Tidied, Tidied], prop: Layout, virtual: Layout) -> tuple[Layout, Layout]:

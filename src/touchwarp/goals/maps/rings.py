@@ -56,7 +56,7 @@ def build_rings(faces, corner_shift, vertices):
         current = 0
         for i in range(degree[v]):
             ring[v, i] = after[v, current, 0]
-            shift[v, i] = offset[v, current]
+            shift[v, i, 0], shift[v, i, 1] = offset[v, current, 0], offset[v, current, 1]
             follower = after[v, current, 1]
             for j in range(degree[v]):
                 if after[v, j, 0] == follower:

@@ -104,6 +104,10 @@ class Pair:
     landmarks: Float = field(default_factory=lambda: np.zeros((0, 2, 3)))
     base: Base | None = None
 
+    def search(self, plan: Plan, progress: Progress | None = None) -> Found:
+        """The best map found; see `search_map`."""
+        return search_map(self, plan, progress)
+
     @property
     def size(self) -> float:
         """m: the mean of the roots of both areas."""

@@ -75,15 +75,17 @@ def settle(
     for _ in range(rounds):
         for v in chosen:
             total = weights[0] * shares[v]
-            wanted[:3] = total * felt[v, :3]
+            for d in range(3):
+                wanted[d] = total * felt[v, d]
             for i in range(degree[v]):
                 w, weight = ring[v, i], weights[1] * cotangents[v, i]
                 total += weight
                 for d in range(3):
                     wanted[d] += weight * (felt[v, d] + seen[w, d] - felt[w, d])
-            wanted[:3] /= total
-            wanted[3:] = felt[v, 3:]
-            pull[:3], pull[3:] = total, weights[3] * shares[v]
+            for d in range(3):
+                wanted[d], pull[d] = wanted[d] / total, total
+            for c in range(3, channels):
+                wanted[c], pull[c] = felt[v, c], weights[3] * shares[v]
             hold = weights[4] * shares[v] if standing[v] else 0.0
             aims = (wanted, pull, plane, hold, weights[2])
             x, y, z = points[v]

@@ -186,18 +186,19 @@ def _creases(points, plane, twin, v, k, ring, out):
         return -1, -1
     if two < 0:
         return -2, -2
-    back, ahead = points[ring[one]] - points[v], points[ring[two]] - points[v]
-    x, y, z = _cross(back, ahead)
-    along = ((ahead - back) ** 2).sum()
+    px, py, pz = _from(points[v], points[ring[one]])
+    qx, qy, qz = _from(points[v], points[ring[two]])
+    x, y, z = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
+    along = (qx - px) ** 2 + (qy - py) ** 2 + (qz - pz) ** 2
     bent = np.sqrt(x * x + y * y + z * z) > STRAIGHT * along
-    if bent or (back * ahead).sum() > 0:
+    if bent or px * qx + py * qy + pz * qz > 0:
         return -2, -2
     return one, two
 
 
 @njit(cache=True, error_model="numpy")
-def _cross(a, b):
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+def _from(start, end):
+    return end[0] - start[0], end[1] - start[1], end[2] - start[2]
 
 
 @njit(cache=True, error_model="numpy")
@@ -277,8 +278,9 @@ def _witnesses(mesh, head, following, v, i, k, ring, out, bounds, witness, to_fa
                 return -1
     point, image = np.empty(3), np.empty(3)
     for j in range(k):  # between v and its neighbours, where diagonals change
-        point[:] = 0.5 * (points[v] + points[ring[j]])
-        image[:] = 0.5 * (images[v] + images[ring[j]])
+        for d in range(3):
+            point[d] = 0.5 * (points[v, d] + points[ring[j], d])
+            image[d] = 0.5 * (images[v, d] + images[ring[j], d])
         if _strays(mesh, w, k, ring, out, point, image, plane[out[j] // 3], bounds)[0] < 0:
             return -1
     count = 0
@@ -337,13 +339,12 @@ def _strays(mesh, w, k, ring, out, point, image, part, bounds):
 @njit(cache=True, error_model="numpy")
 def _parts(points, a, b, c, normal, p):
     """Barycentric coordinates of p in a triangle, and the least of them."""
-    u, v, w = points[a] - p, points[b] - p, points[c] - p
-    x, y, z = _cross(v, w)
-    of_a = _along(x, y, z, normal)
-    x, y, z = _cross(w, u)
-    of_b = _along(x, y, z, normal)
-    x, y, z = _cross(u, v)
-    of_c = _along(x, y, z, normal)
+    ux, uy, uz = _from(p, points[a])
+    vx, vy, vz = _from(p, points[b])
+    wx, wy, wz = _from(p, points[c])
+    of_a = _along(vy * wz - vz * wy, vz * wx - vx * wz, vx * wy - vy * wx, normal)
+    of_b = _along(wy * uz - wz * uy, wz * ux - wx * uz, wx * uy - wy * ux, normal)
+    of_c = _along(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx, normal)
     total = of_a + of_b + of_c
     return of_a / total, of_b / total, of_c / total, min(of_a, of_b, of_c) / total
 

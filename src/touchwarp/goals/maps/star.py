@@ -51,7 +51,9 @@ def onto_domain(point, curvature):
     square = point[0] * point[0] + point[1] * point[1] + curvature * point[2] * point[2]
     if curvature < 0.0 and (square >= 0.0 or point[2] <= 0.0):
         return False
-    point /= np.sqrt(abs(square)) + 1e-300
+    size = np.sqrt(abs(square)) + 1e-300
+    for d in range(3):
+        point[d] /= size
     return True
 
 
@@ -196,7 +198,7 @@ def kernel_point_on(corners, k, curvature):
     climbs the least n_j · p.
     """
     normal = np.empty((MOST_NEIGHBOURS, 3))
-    centre = np.zeros(3)
+    best, inward, point = np.zeros(3), np.empty(3), np.empty(3)
     size = 0.0
     for j in range(k):
         a, b = corners[j], corners[(j + 1) % k]
@@ -206,34 +208,39 @@ def kernel_point_on(corners, k, curvature):
         n = _length(normal[j], curvature) + 1e-300
         for d in range(3):
             normal[j, d] /= n
-            centre[d] += a[d] / k
-        size = max(size, _length(a - corners[0], curvature))
+            best[d] += a[d] / k
+            point[d] = a[d] - corners[0, d]
+        size = max(size, _length(point, curvature))
     size = min(size, MOST_REACH)
-    best = centre.copy()
     onto_domain(best, curvature)
     depth, _ = _least_side(normal, k, best)
-    inward = normal[0] + normal[k - 1]
+    for d in range(3):
+        inward[d] = normal[0, d] + normal[k - 1, d]
     inward[2] *= curvature
-    inward /= _length(inward, curvature) + 1e-300
+    n = _length(inward, curvature) + 1e-300
     reach = size
     for _ in range(60):
-        point = corners[0] + reach * inward
+        for d in range(3):
+            point[d] = corners[0, d] + reach * (inward[d] / n)
         reach *= 0.6
         if onto_domain(point, curvature):
             side, _ = _least_side(normal, k, point)
             if side > depth:
-                depth, best = side, point
+                depth = side
+                best, point = point, best
     step = 0.3 * size
     for _ in range(200):
         _, nearest = _least_side(normal, k, best)
-        point = best + step * normal[nearest]
+        point[0] = best[0] + step * normal[nearest, 0]
+        point[1] = best[1] + step * normal[nearest, 1]
         point[2] = best[2] + step * curvature * normal[nearest, 2]
         deeper = False
         if onto_domain(point, curvature):
             side, _ = _least_side(normal, k, point)
             deeper = side > depth
         if deeper:
-            depth, best = side, point
+            depth = side
+            best, point = point, best
         else:
             step *= 0.8
     return best, depth

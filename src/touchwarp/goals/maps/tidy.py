@@ -181,7 +181,8 @@ def _return(vertices, points, ring, shift, degree, removed, degrees, rings, flat
         own = _own_place(vertices, v, rings[r], k, corners)
         inner, _ = kernel_point(corners, k, flat)
         for part in TOWARDS_KERNEL:
-            points[v] = (1.0 - part) * own + part * inner
+            for d in range(3):
+                points[v, d] = (1.0 - part) * own[d] + part * inner[d]
             onto_domain(points[v], curvature)
             if _even_enough(vertices, v, rings[r], k, corners, points[v]):
                 break
@@ -274,7 +275,11 @@ def _distance(p, a, b, c):
 
 @njit(cache=True, error_model="numpy")
 def _to_segment(p, a, b):
-    along = b - a
-    t = ((p - a) * along).sum() / max((along * along).sum(), 1e-300)
-    gap = a + min(max(t, 0.0), 1.0) * along - p
-    return np.sqrt((gap * gap).sum())
+    dot, square, squared_gap = 0.0, 0.0, 0.0
+    for d in range(3):
+        dot += (p[d] - a[d]) * (b[d] - a[d])
+        square += (b[d] - a[d]) ** 2
+    t = min(max(dot / max(square, 1e-300), 0.0), 1.0)
+    for d in range(3):
+        squared_gap += (a[d] + t * (b[d] - a[d]) - p[d]) ** 2
+    return np.sqrt(squared_gap)

@@ -54,6 +54,10 @@ class MarkedPair(Pair):
     marking: Marking = field(kw_only=True)
     virtual_marking: Marking = field(kw_only=True)
 
+    def search(self, plan: Plan, progress: Progress | None = None) -> Found:
+        """The best map found; see `search_classes`."""
+        return search_classes(self, plan, progress)
+
 
 def search_classes(pair: MarkedPair, plan: Plan, progress: Progress | None = None) -> Found:
     """The best map of all classes tried, refined on the prop's whole mesh.
