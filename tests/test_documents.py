@@ -28,9 +28,9 @@ DOCUMENTS = [
 ]
 
 
-def block(language: str) -> str:
-    """The README's only code block in a language."""
-    (found,) = re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+def block(language: str, text: str = README) -> str:
+    """The only code block in a language, of the README or another document."""
+    (found,) = re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
     return str(found)
 
 
@@ -58,6 +58,23 @@ def test_the_readme_s_scene_commands_and_code_work(mug_folder: Path) -> None:
     assert np.isnan(names["shown"][0, 3]).all()
     assert np.nanmax(np.abs(names["shown"] - hands)) > 5e-3
     assert names["real"].shape == hands.shape
+
+
+def test_the_library_s_page_solves_the_segment_of_eq_9() -> None:
+    """As it says: u = 20 mm · sinh(s (0.3 m − x)) / sinh(s · 0.3 m), s = 10 m⁻¹."""
+    text = (CHECKOUT / "docs" / "python.md").read_text(encoding="utf-8")
+    names: dict[str, np.ndarray] = {}
+    exec(block("python", text), names)
+
+    def exact(x: np.ndarray) -> np.ndarray:
+        return np.asarray(0.02 * np.sinh(10 * (0.3 - x)) / np.sinh(3))
+
+    told = re.search(r"in closed form: (.*) m$", text, flags=re.MULTILINE)
+    assert told is not None
+    places = np.array([0.0, 0.05, 0.3])
+    np.testing.assert_allclose(names["u"], exact(places), atol=1e-12)
+    np.testing.assert_allclose([float(n) for n in told[1].split(",")], exact(places), atol=5e-5)
+    np.testing.assert_allclose(names["u_nodes"], exact(names["nodes"]), atol=1e-6)
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
