@@ -5,18 +5,21 @@ from __future__ import annotations
 import re
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.hand.hands import make_hand
 from touchwarp.cli.demo_files import write_input
-from touchwarp.cli.main import main
+from touchwarp.cli.main import main, touchwarp
 from touchwarp.scene.goal_spec import GOAL_SPECS
 from touchwarp.scene.interaction import MODES, TRACKING_PRESETS, Tracking
 from touchwarp.scene.objective import Objective
 from touchwarp.scene.scene import CONTACTS
 from touchwarp.scene.shapes import SHAPES
 from touchwarp.scene.units import METRES
+from touchwarp.warp import load_warp
 
 CHECKOUT = Path(__file__).resolve().parent.parent
 README = (CHECKOUT / "README.md").read_text(encoding="utf-8")
@@ -75,6 +78,29 @@ def test_the_library_s_page_solves_the_segment_of_eq_9() -> None:
     np.testing.assert_allclose(names["u"], exact(places), atol=1e-12)
     np.testing.assert_allclose([float(n) for n in told[1].split(",")], exact(places), atol=5e-5)
     np.testing.assert_allclose(names["u_nodes"], exact(names["nodes"]), atol=1e-6)
+
+
+def test_the_page_on_hands_runs() -> None:
+    """One block after the other, as they stand, on a hand beside a ball."""
+    text = (CHECKOUT / "docs" / "hands.md").read_text(encoding="utf-8")
+    names: dict[str, Any] = {
+        "warp": load_warp(CHECKOUT / "tests" / "vectors" / "levels.warp"),
+        "poses": make_hand(),
+        "time": 0.0,
+        "radii": np.full(25, 0.008),
+        "T_room_scene": np.eye(4),
+    }
+    blocks = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+    assert len(blocks) == 2
+    for code in blocks:
+        exec(code, names)
+        assert names["shown"].shape == (25, 4, 4)
+    assert names["carried"].valid
+
+
+def test_every_command_is_told_of() -> None:
+    text = (CHECKOUT / "docs" / "index.md").read_text(encoding="utf-8")
+    assert [name for name in touchwarp.commands if f"`{name}`" not in text] == []
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
