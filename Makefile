@@ -14,7 +14,7 @@ PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3
 	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
 	&& { echo $$python; break; }; done)
 
-.PHONY: help demo test lint types tests web wheel pictures format clean
+.PHONY: help demo test lint types tests chromium web wheel pictures format clean
 
 help:
 	@echo "make demo      the mug felt as a tea cup: scene, warp, report, pictures, in $(DEMO)/"
@@ -26,9 +26,12 @@ help:
 demo: $(VENV)/.runs $(PAGE)
 	$(BIN)/touchwarp demo -o $(DEMO)
 
-# two at a time, once what they share is installed: mypy and the wheel keep one processor busy each
-test: $(VENV)/.develops $(PAGE)
-	$(MAKE) --jobs 2 lint types web wheel
+# Two at a time, as many of these keep one processor busy each. npm's packages come first, since
+# pip builds the page with them.
+test:
+	$(MAKE) web/node_modules/.installed
+	$(MAKE) --jobs 2 $(VENV)/.develops web
+	$(MAKE) --jobs 2 types wheel lint chromium
 	$(MAKE) tests
 
 lint: $(VENV)/.develops
@@ -39,10 +42,13 @@ types: $(VENV)/.develops
 	$(BIN)/mypy
 
 # side by side, neighbours with the same worker: they need the same kernels and the same servers
-tests: $(VENV)/.develops $(PAGE)
+tests: $(VENV)/.develops $(PAGE) chromium
 	$(BIN)/pytest -q --numprocesses auto --maxprocesses 4 --dist worksteal --ignore tests/browser
-	$(BIN)/python -m tests.browser.chromium
 	$(BIN)/pytest -q --numprocesses auto --maxprocesses 2 --dist worksteal tests/browser
+
+# before tests that run side by side, which would all want to install it
+chromium: $(VENV)/.develops
+	$(BIN)/python -m tests.browser.chromium
 
 wheel: $(VENV)/.develops
 	$(BIN)/python .ci/check_wheel.py

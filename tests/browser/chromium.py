@@ -10,6 +10,26 @@ from pathlib import Path
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 
+# The address bar's own two pages, which every new window would load and which take longer than
+# ours; and what playwright turns off, since of two such lists the later alone counts.
+WITHOUT = (
+    "WebUIOmniboxPopup",
+    "WebUIOmniboxAimPopup",
+    "AimEnabled",
+    "AvoidCorsURLLoaderRestartOnRedirect",
+    "AvoidUnnecessaryBeforeUnloadCheckSync",
+    "DestroyProfileOnBrowserClose",
+    "HttpsFirstBalancedModeAutoEnable",
+    "HttpsUpgrades",
+    "LensOverlay",
+    "MediaRouter",
+    "NetworkTimeServiceQuerying",
+    "OptimizationHints",
+    "PaintHolding",
+    "PreconnectToSearch",
+    "ThirdPartyStoragePartitioning",
+)
+
 # Software rendering, no network but the page's own, no first-run windows.
 FLAGS = (
     "--no-sandbox",
@@ -20,6 +40,7 @@ FLAGS = (
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
+    f"--disable-features={','.join(WITHOUT)}",
 )
 
 
@@ -82,5 +103,5 @@ def find_installed() -> Path | None:
     return None if found is None else Path(found)
 
 
-if __name__ == "__main__":  # before tests that run side by side, which would all want to install it
+if __name__ == "__main__":
     print(f"browser tests run in {obtain_chromium()[1]}")

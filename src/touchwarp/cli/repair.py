@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     help="99 % of MESH must stay nearer than this; by default 0.5 % of its diagonal.",
 )
 @click.option(
-    "--voxel-mm", type=float, metavar="V", help="Wrap at this voxel: under half of a wall."
+    "--voxel-mm", type=float, metavar="V", help="Voxel of a wrap: less than half the thinnest wall."
 )
 @click.option(
     "--faces",
