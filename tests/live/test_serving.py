@@ -8,8 +8,10 @@ import signal
 import ssl
 import subprocess
 import sys
+import time
 import urllib.error
 import urllib.request
+from http.client import HTTPConnection
 from pathlib import Path
 
 import pytest
@@ -89,7 +91,7 @@ def test_the_invitation_tells_every_way_in() -> None:
 
 def test_the_address_is_told_and_the_page_served_before_what_takes_its_time_is_loaded() -> None:
     slow = "{'numba', 'scipy', 'trimesh', 'numpy'}"
-    begun = "import sys; from touchwarp.live import reception, serving; serving._server(None)"
+    begun = "import sys; from touchwarp.live import reception, servers; servers.Server(0, 0)"
     told = f"{begun}; print({slow} & set(sys.modules))"
     run = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "set()"
@@ -116,13 +118,23 @@ def test_ctrl_c_ends_it_while_the_scene_is_being_opened(tmp_path: Path) -> None:
         f"sys.exit(main(['view', {str(tmp_path)!r}, '--no-browser', '--port', '0']))\n"
     )
     process = subprocess.Popen(
-        [sys.executable, "-u", "-c", never], stdout=subprocess.PIPE, text=True, encoding="utf-8"
+        [sys.executable, "-u", "-c", never],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
     )
     assert process.stdout is not None
-    with process.stdout as told:
-        address = re.search(r"http://localhost:\d+", told.readline())
-        assert address is not None
-        with urllib.request.urlopen(address[0], timeout=120) as answer:
-            assert b"touchwarp" in answer.read()
-        process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=120) == 0
+    address = re.search(r"localhost:(\d+)", process.stdout.readline())
+    assert address is not None
+    with urllib.request.urlopen(f"http://{address[0]}", timeout=120) as answer:
+        assert b"touchwarp" in answer.read()
+    waiting = HTTPConnection("localhost", int(address[1]), timeout=120)
+    waiting.request("GET", "/boot.json")  # what a page asks first, and waits for
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    answered = waiting.getresponse()
+    assert (answered.status, answered.read()) == (503, b"It was ended before the scene was open.")
+    waiting.close()
+    assert process.communicate(timeout=120)[1] == ""
+    assert process.returncode == 0

@@ -4,7 +4,8 @@
 1    `check` only: a hard check of the certificate failed
 2    bad input, or an output that cannot be written; one message, nothing written
 70   a defect of touchwarp itself, with its traceback
-130  interrupted (Ctrl-C); 143 terminated; no half-written file stays behind
+130  interrupted (Ctrl-C, but that is how `view` ends: 0); 143 terminated; no half-written file
+     stays behind
 """
 
 from __future__ import annotations
@@ -117,4 +118,7 @@ def _terminate(number: int, frame: FrameType | None) -> NoReturn:
 def run() -> NoReturn:
     """The entry point of the installed command."""
     signal.signal(signal.SIGTERM, _terminate)
-    sys.exit(main())
+    code = main()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_DFL)  # nothing is left to tell or to put away
+    sys.exit(code)

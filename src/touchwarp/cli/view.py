@@ -53,7 +53,7 @@ def view_command(
     no_browser: bool,
     recordings: Path | None,
     export: Path | None,
-) -> None:
+) -> int:
     """Show a scene file or a warp in the browser: see, probe and change it, by mouse or by hand.
 
     Only this machine can connect, unless --host is given.
@@ -68,12 +68,13 @@ def view_command(
             f"{export}: {in_bytes(size)}. Serve it by any web host; a headset needs HTTPS. To try "
             f"it here: python -m http.server -d {export}"
         )
-        return
+        return 0
     from touchwarp.live.serving import Settings, serve
 
     folder = recordings or file.parent / "recordings"
-    stopped = serve(Settings(file, port, host, folder, not no_browser), click.echo)
-    if not stopped:
+    ended = serve(Settings(file, port, host, folder, not no_browser), click.echo)
+    if not ended.work_stopped:
         # A solve between two of its steps cannot be interrupted, and nothing of it will be kept;
         # recordings are on disk and temporary files removed.
-        os._exit(0)
+        os._exit(ended.exit_code)
+    return ended.exit_code

@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import io
-import socket
 import tempfile
 import threading
 import webbrowser
@@ -22,11 +21,11 @@ from touchwarp.errors import LiveError
 from touchwarp.live.addresses import LOCAL, bracketed, chosen_address, listen
 
 if TYPE_CHECKING:
-    import uvicorn
     from starlette.types import ASGIApp
 
     from touchwarp.live.access import Invitation
     from touchwarp.live.https import HttpsIdentity
+    from touchwarp.live.servers import Servers
     from touchwarp.live.workbench import Workbench
 
 PAGE = Path(__file__).parent / "page"
@@ -57,8 +56,16 @@ class Settings:
     open_browser: bool
 
 
-def serve(settings: Settings, say: Say) -> bool:
-    """Serve until interrupted; whether all work had stopped by then.
+@dataclass(frozen=True)
+class Ended:
+    """How it ended: with which exit code, and whether all work had stopped by then."""
+
+    exit_code: int
+    work_stopped: bool
+
+
+def serve(settings: Settings, say: Say) -> Ended:
+    """Serve until interrupted.
 
     Args:
         settings: how.
@@ -84,6 +91,7 @@ def serve(settings: Settings, say: Say) -> bool:
 
         from touchwarp.live.access import Guard, Invitation
         from touchwarp.live.reception import make_reception
+        from touchwarp.live.servers import Server, Servers
 
         invitation = Invitation()
         if remote is not None:
@@ -105,14 +113,15 @@ def serve(settings: Settings, say: Say) -> bool:
         app = Guard(
             make_reception(page, invitation, opening.application), port, address or None, invitation
         )
-        servers = [(_server(app), local)]
-        if remote is not None and identity is not None:
-            servers.append((_server(app, identity), remote))
+        there = [] if remote is None or identity is None else [Server(app, remote, identity)]
+        servers = Servers(Server(app, local), *there)
         if settings.open_browser and settings.path.exists():
             webbrowser.open(f"http://localhost:{port}")
-        with contextlib.suppress(KeyboardInterrupt):  # the way to end it
+        with servers.ended_by_signals():
             asyncio.run(_run(servers, opening))
-        return opening.close()
+            work_stopped = opening.close()
+            stack.close()  # here, where no signal interrupts it
+        return Ended(servers.exit_code, work_stopped)
 
 
 class _Opening:
@@ -158,8 +167,17 @@ class _Opening:
         threading.Thread(target=work, name="opening", daemon=True).start()
 
     async def application(self) -> ASGIApp:
-        """The scene's application, once it is there."""
-        return await asyncio.shield(self.opened)
+        """The scene's application, once it is there.
+
+        Raises:
+            TouchwarpError: it will not be there.
+        """
+        try:
+            return await asyncio.shield(self.opened)
+        except asyncio.CancelledError:
+            if self.opened.cancelled():
+                raise LiveError("It was ended before the scene was open.") from None
+            raise
 
     def close(self) -> bool:
         """Stop all work; whether that came in time."""
@@ -222,51 +240,26 @@ def invitation_text(
     )
 
 
-def _server(app: object, identity: HttpsIdentity | None = None) -> uvicorn.Server:
-    import uvicorn
-
-    from touchwarp.live.access import MOST_BYTES
-
-    return uvicorn.Server(
-        uvicorn.Config(
-            app,  # type: ignore[arg-type]
-            log_level="warning",
-            ws="websockets-sansio",
-            ws_max_size=MOST_BYTES,
-            lifespan="on" if identity is None else "off",
-            server_header=False,
-            ssl_certfile=None if identity is None else identity.certificate,
-            ssl_keyfile=None if identity is None else identity.key,
-            timeout_graceful_shutdown=2,
-        )
-    )
-
-
-async def _run(servers: list[tuple[uvicorn.Server, socket.socket]], opening: _Opening) -> None:
-    """Run all servers until one is interrupted or there is no scene, then end the others."""
-
-    def end() -> None:
-        for server, _ in servers:
-            server.should_exit = True
-
-    async def run(server: uvicorn.Server, listening: socket.socket) -> None:
-        try:
-            await server.serve(sockets=[listening])
-        finally:
-            end()
+async def _run(servers: Servers, opening: _Opening) -> None:
+    """Run all servers until they are ended or there is no scene."""
 
     async def open_scene() -> None:
-        while not all(server.started for server, _ in servers):
-            await asyncio.sleep(0.01)  # the page first
+        await servers.started()  # the page first
         try:
             opening.begin()
             await opening.opened
         except BaseException:
-            end()
+            servers.end()
             raise
 
+    async def let_go() -> None:
+        await servers.ending()
+        opening.opened.cancel()  # pages that wait for it are not waited for
+
     scene = asyncio.create_task(open_scene())
-    await asyncio.gather(*(run(*pair) for pair in servers))
-    if scene.done():
+    letting_go = asyncio.create_task(let_go())
+    await servers.run()
+    await letting_go
+    if scene.done() and not scene.cancelled():
         scene.result()
     scene.cancel()
