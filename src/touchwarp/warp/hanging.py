@@ -147,33 +147,14 @@ def conform(
                         )
                     if owner == brick:
                         continue
-                    # the node in cells of the owner
-                    shift = level[brick] - level[owner]
-                    scale = 1 << shift
-                    gx = position[brick, 0] * CELLS + i - (position[owner, 0] * CELLS << shift)
-                    gy = position[brick, 1] * CELLS + j - (position[owner, 1] * CELLS << shift)
-                    gz = position[brick, 2] * CELLS + k - (position[owner, 2] * CELLS << shift)
-                    ci, cj = min(gx >> shift, CELLS - 1), min(gy >> shift, CELLS - 1)
-                    ck = min(gz >> shift, CELLS - 1)
-                    a, b = (gx - ci * scale) / scale, (gy - cj * scale) / scale
-                    c = (gz - ck * scale) / scale
-                    source = slot[owner]
-                    base = ci * NODES * NODES + cj * NODES + ck
+                    base, a, b, c = _place_in(owner, brick, i, j, k, level, position)
                     if counting:
-                        bits[row, node] = _places(bits, source, base, a, b, c)
+                        bits[row, node] = _places(bits, slot[owner], base, a, b, c)
                         continue
-                    for m in range(channels):
-                        total = 0.0
-                        for corner in range(8):
-                            di, dj, dk = corner >> 2, corner >> 1 & 1, corner & 1
-                            w = (a if di else 1.0 - a) * (b if dj else 1.0 - b)
-                            w *= c if dk else 1.0 - c
-                            if w != 0.0:
-                                at = base + di * NODES * NODES + dj * NODES + dk
-                                total += w * values[source, at, m]
-                        change = max(change, abs(total - values[row, node, m]))
-                        if change_values:
-                            values[row, node, m] = total
+                    moved = _interpolate(
+                        values, row, node, slot[owner], base, a, b, c, change_values
+                    )
+                    change = max(change, moved)
     return change
 
 
@@ -191,6 +172,41 @@ def _equal_owner(brick, i, j, k, x, y, z, level, rank, slot, open_octants, found
                 if open_octants[other] & touched:
                     owner = other
     return owner
+
+
+@njit(cache=True, nogil=True)
+def _place_in(owner, brick, i, j, k, level, position):
+    """Where a brick's node lies in a brick of its own level or a coarser one.
+
+    Returns:
+        the least node of the owner's cell, and the place in that cell, 0 to 1 along each axis.
+    """
+    shift = level[brick] - level[owner]
+    scale = 1 << shift
+    gx = position[brick, 0] * CELLS + i - (position[owner, 0] * CELLS << shift)
+    gy = position[brick, 1] * CELLS + j - (position[owner, 1] * CELLS << shift)
+    gz = position[brick, 2] * CELLS + k - (position[owner, 2] * CELLS << shift)
+    ci, cj = min(gx >> shift, CELLS - 1), min(gy >> shift, CELLS - 1)
+    ck = min(gz >> shift, CELLS - 1)
+    a, b, c = (gx - ci * scale) / scale, (gy - cj * scale) / scale, (gz - ck * scale) / scale
+    return ci * NODES * NODES + cj * NODES + ck, a, b, c
+
+
+@njit(cache=True, nogil=True)
+def _interpolate(values, row, node, source, base, a, b, c, change_values):
+    """Set a node to the trilinear value at a place that `_place_in` tells; the greatest change."""
+    change = 0.0
+    for m in range(values.shape[2]):
+        total = 0.0
+        for corner in range(8):
+            di, dj, dk = corner >> 2, corner >> 1 & 1, corner & 1
+            w = (a if di else 1.0 - a) * (b if dj else 1.0 - b) * (c if dk else 1.0 - c)
+            if w != 0.0:
+                total += w * values[source, base + di * NODES * NODES + dj * NODES + dk, m]
+        change = max(change, abs(total - values[row, node, m]))
+        if change_values:
+            values[row, node, m] = total
+    return change
 
 
 @njit(cache=True, nogil=True)

@@ -64,137 +64,150 @@ def nearest_roots(
         y: (n, 3) m, table frame, inside the root bricks. reach: m, no |u| is greater.
         values: (v · 729 · 3,) float32. out: (n, 3), written, table frame.
     """
-    stack = np.empty((8 * DEEPEST + 16, 4))
-    waiting = np.empty((512, 2), np.int64)
-    away = np.empty(512)
-    work = np.empty((10, 3))
-    corner = np.empty((8, 3))
-    x0, side, nearest = np.empty(3), np.empty(3), np.empty(3)
-    queue_d, queue = np.empty(8), np.empty(8, np.int64)
+    tree = (child, slot, level, position, values, width, open_hull, hull)
+    queue = (np.empty((512, 2), np.int64), np.empty(512), np.empty(8), np.empty(8, np.int64))
+    cell = (np.empty(3), np.empty(3), np.empty((8, 3)), np.empty((10, 3)))
+    stack, nearest = np.empty((8 * DEEPEST + 16, 4)), np.empty(3)
+    least, most, own = np.empty(3, np.int64), np.empty(3, np.int64), np.empty(3, np.int64)
     for n in range(len(y)):
         q = y[n]
-        out[n] = np.nan
         best = (reach * (1.0 + 1e-9) + 1e-9) ** 2
         span = math.sqrt(best)
-        i0, i1 = int(max(q[0] - span, 0.0) / width[0]), int((q[0] + span) / width[0])
-        j0, j1 = int(max(q[1] - span, 0.0) / width[1]), int((q[1] + span) / width[1])
-        k0, k1 = int(max(q[2] - span, 0.0) / width[2]), int((q[2] + span) / width[2])
-        i1, j1, k1 = (
-            min(i1, root.shape[0] - 1),
-            min(j1, root.shape[1] - 1),
-            min(k1, root.shape[2] - 1),
-        )
+        for d in range(3):
+            least[d] = int(max(q[d] - span, 0.0) / width[d])
+            most[d] = min(int((q[d] + span) / width[d]), root.shape[d] - 1)
+            own[d] = min(max(int(q[d] / width[d]), least[d]), most[d])
+        nearest[:] = np.nan
         # the root brick that holds q first: its roots are likely the nearest
-        ci = min(max(int(q[0] / width[0]), i0), i1)
-        cj = min(max(int(q[1] / width[1]), j0), j1)
-        ck = min(max(int(q[2] / width[2]), k0), k1)
-        for turn in range(-1, (i1 - i0 + 1) * (j1 - j0 + 1) * (k1 - k0 + 1)):
-            if turn < 0:
-                i, j, k = ci, cj, ck
-            else:
-                k = k0 + turn % (k1 - k0 + 1)
-                j = j0 + turn // (k1 - k0 + 1) % (j1 - j0 + 1)
-                i = i0 + turn // ((k1 - k0 + 1) * (j1 - j0 + 1))
-                if i == ci and j == cj and k == ck:
+        here = root[own[0], own[1], own[2]]
+        if here >= 0:
+            best = _search_brick(here, q, best, nearest, tree, queue, cell, stack)
+        for i in range(least[0], most[0] + 1):
+            for j in range(least[1], most[1] + 1):
+                for k in range(least[2], most[2] + 1):
+                    other = root[i, j, k]
+                    if other >= 0 and other != here:
+                        best = _search_brick(other, q, best, nearest, tree, queue, cell, stack)
+        out[n] = nearest
+
+
+@njit(cache=True, nogil=True)
+def _search_brick(first, q, best, nearest, tree, queue, cell, stack):
+    """The squared distance of the nearest root in a root brick if it is below `best`, else `best`.
+
+    Args:
+        nearest: (3,), written where there is one.
+        tree: as in `nearest_roots`. queue, cell, stack: room to work in.
+    """
+    child, slot, level, position, values, width, open_hull, hull = tree
+    waiting, away, distances, order = queue
+    i, j, k = position[first]
+    waiting[0, 0], waiting[0, 1] = first, -1
+    away[0] = distance2(q, i * width[0], j * width[1], k * width[2], width[0], width[1], width[2])
+    top = 1
+    while top > 0:
+        top -= 1
+        if away[top] >= best:
+            continue
+        brick, octant = waiting[top, 0], waiting[top, 1]
+        part = 1.0 / 2.0 ** level[brick]
+        if octant >= 0:
+            if _holds(open_hull[brick, octant], q):
+                best = _search_octant(
+                    brick,
+                    octant,
+                    q,
+                    part,
+                    best,
+                    nearest,
+                    slot,
+                    position,
+                    values,
+                    width,
+                    cell,
+                    stack,
+                )
+        elif _holds(hull[brick], q):
+            _sort_octants(position[brick], q, part, width, distances, order)
+            for m in range(8):
+                below = child[brick, order[m]]
+                away[top] = distances[m]
+                waiting[top, 0] = below if below >= 0 else brick
+                waiting[top, 1] = -1 if below >= 0 else order[m]
+                top += 1
+    return best
+
+
+@njit(cache=True, nogil=True)
+def _holds(hull, q):
+    """Whether q lies in a box: least, then greatest corner."""
+    return hull[0] <= q[0] <= hull[3] and hull[1] <= q[1] <= hull[4] and hull[2] <= q[2] <= hull[5]
+
+
+@njit(cache=True, nogil=True)
+def _sort_octants(position, q, part, width, distances, order):
+    """Write a brick's octants and their squared distances from q, farthest first."""
+    for o in range(8):
+        distance = distance2(
+            q,
+            (position[0] + 0.5 * (o >> 2)) * part * width[0],
+            (position[1] + 0.5 * (o >> 1 & 1)) * part * width[1],
+            (position[2] + 0.5 * (o & 1)) * part * width[2],
+            0.5 * part * width[0],
+            0.5 * part * width[1],
+            0.5 * part * width[2],
+        )
+        place = o
+        while place > 0 and distances[place - 1] < distance:
+            distances[place], order[place] = distances[place - 1], order[place - 1]
+            place -= 1
+        distances[place], order[place] = distance, o
+
+
+@njit(cache=True, nogil=True)
+def _search_octant(
+    brick, octant, q, part, best, nearest, slot, position, values, width, cell, stack
+):
+    """As `_search_brick`, in the cells of one octant that the brick decides itself."""
+    x0, side, corner, work = cell
+    half = CELLS // 2
+    row = np.int64(slot[brick]) * NODES
+    for d in range(3):
+        side[d] = part * width[d] / CELLS
+    a0, b0, c0 = half * (octant >> 2), half * (octant >> 1 & 1), half * (octant & 1)
+    for a in range(a0, a0 + half):
+        for b in range(b0, b0 + half):
+            for c in range(c0, c0 + half):
+                x0[0] = (position[brick, 0] * CELLS + a) * side[0]
+                x0[1] = (position[brick, 1] * CELLS + b) * side[1]
+                x0[2] = (position[brick, 2] * CELLS + c) * side[2]
+                if distance2(q, x0[0], x0[1], x0[2], side[0], side[1], side[2]) >= best:
                     continue
-            first = root[i, j, k]
-            if first < 0:
-                continue
-            away[0] = distance2(
-                q, i * width[0], j * width[1], k * width[2], width[0], width[1], width[2]
-            )
-            waiting[0, 0], waiting[0, 1] = first, -1
-            top = 1
-            while top > 0:
-                top -= 1
-                if away[top] >= best:
-                    continue
-                brick, octant = waiting[top, 0], waiting[top, 1]
-                part = 1.0 / 2.0 ** level[brick]
-                if octant < 0:
-                    h = hull[brick]
-                    if (
-                        q[0] < h[0]
-                        or q[0] > h[3]
-                        or q[1] < h[1]
-                        or q[1] > h[4]
-                        or q[2] < h[2]
-                        or q[2] > h[5]
-                    ):
-                        continue
-                    for o in range(8):
-                        distance = distance2(
-                            q,
-                            (position[brick, 0] + 0.5 * (o >> 2)) * part * width[0],
-                            (position[brick, 1] + 0.5 * (o >> 1 & 1)) * part * width[1],
-                            (position[brick, 2] + 0.5 * (o & 1)) * part * width[2],
-                            0.5 * part * width[0],
-                            0.5 * part * width[1],
-                            0.5 * part * width[2],
-                        )
-                        place = o
-                        while place > 0 and queue_d[place - 1] < distance:
-                            queue_d[place], queue[place] = queue_d[place - 1], queue[place - 1]
-                            place -= 1
-                        queue_d[place], queue[place] = distance, o
-                    for m in range(8):
-                        o = queue[m]
-                        away[top] = queue_d[m]
-                        below = child[brick, o]
-                        if below >= 0:
-                            waiting[top, 0], waiting[top, 1] = below, -1
-                        else:
-                            waiting[top, 0], waiting[top, 1] = brick, o
-                        top += 1
-                    continue
-                h = open_hull[brick, octant]
-                if (
-                    q[0] < h[0]
-                    or q[0] > h[3]
-                    or q[1] < h[1]
-                    or q[1] > h[4]
-                    or q[2] < h[2]
-                    or q[2] > h[5]
-                ):
-                    continue
-                half = CELLS // 2
-                row = np.int64(slot[brick]) * NODES
-                for d in range(3):
-                    side[d] = part * width[d] / CELLS
-                a0, b0, c0 = half * (octant >> 2), half * (octant >> 1 & 1), half * (octant & 1)
-                for a in range(a0, a0 + half):
-                    for b in range(b0, b0 + half):
-                        for c in range(c0, c0 + half):
-                            x0[0] = (position[brick, 0] * CELLS + a) * side[0]
-                            x0[1] = (position[brick, 1] * CELLS + b) * side[1]
-                            x0[2] = (position[brick, 2] * CELLS + c) * side[2]
-                            if distance2(q, x0[0], x0[1], x0[2], side[0], side[1], side[2]) >= best:
-                                continue
-                            possible = True
-                            for d in range(3):
-                                low, high = np.inf, -np.inf
-                                for o in range(8):
-                                    di, dj, dk = o >> 2, o >> 1 & 1, o & 1
-                                    at = ((row + a + di) * NODES + b + dj) * NODES + c + dk
-                                    step = di if d == 0 else (dj if d == 1 else dk)
-                                    v = (
-                                        x0[d]
-                                        + step * side[d]
-                                        - q[d]
-                                        + np.float64(values[at * 3 + d])
-                                    )
-                                    corner[o, d] = v
-                                    low, high = min(low, v), max(high, v)
-                                if low > SLACK or high < -SLACK:
-                                    possible = False
-                                    break
-                            if not possible:
-                                continue
-                            nearer = search_cell(corner, q, x0, side, best, nearest, work, stack)
-                            if nearer < best:
-                                best = nearer
-                                for d in range(3):
-                                    out[n, d] = nearest[d]
+                first = (row + a) * NODES * NODES + b * NODES + c
+                if _may_reach(first, q, x0, side, values, corner):
+                    best = search_cell(corner, q, x0, side, best, nearest, work, stack)
+    return best
+
+
+@njit(cache=True, nogil=True)
+def _may_reach(first, q, x0, side, values, corner):
+    """Write f − q at a cell's corners; whether each component comes to 0 between them.
+
+    Args:
+        first: the node at the cell's least corner x0. corner: (8, 3) m, written as far as needed.
+    """
+    for d in range(3):
+        low, high = np.inf, -np.inf
+        for o in range(8):
+            i, j, k = o >> 2, o >> 1 & 1, o & 1
+            at = first + (i * NODES + j) * NODES + k
+            step = i if d == 0 else (j if d == 1 else k)
+            v = x0[d] + step * side[d] - q[d] + np.float64(values[at * 3 + d])
+            corner[o, d] = v
+            low, high = min(low, v), max(high, v)
+        if low > SLACK or high < -SLACK:
+            return False
+    return True
 
 
 class RootSearch:
