@@ -54,6 +54,25 @@ def test_the_picture_is_not_empty(page: Page, ball_server: Server) -> None:
     wait_for(page, ".pane.felt", lambda felt: is_green(felt).mean() < 0.005, "it is still coloured")
 
 
+def test_what_is_seen_where_it_is_felt_is_not_blotched(
+    page: Page, serve: Serve, ball: Path
+) -> None:
+    """A box made wider: its top and its ghost's have the same depths."""
+    text = ball.read_text().replace("ellipsoid", "box").replace("[1.2, 1.2, 1.1]", "[1.2, 1.2, 1]")
+    ball.write_text(text.replace("[0.015,", "[0,"))
+    open_page(page, serve(ball).url)
+
+    def blotched() -> float:
+        """The share of the object's pixels that are unlike the one beside them."""
+        seen = picture(page, ".pane.seen")
+        both = is_blue(seen)[:, 1:] & is_blue(seen)[:, :-1]
+        unlike = np.abs(np.diff(seen, axis=1)).max(axis=-1) > 5
+        return float(unlike[both].mean())
+
+    wait_for(page, ".pane.seen", lambda seen: is_blue(seen).mean() > 0.02, "no object is seen")
+    assert blotched() < 0.02
+
+
 def test_what_people_notice_is_marked_on_the_scale(page: Page, mug_server: Server) -> None:
     open_page(page, mug_server.url)
     marks = page.locator(".legend[data-field=mismatch] .marks li")
@@ -66,7 +85,9 @@ def test_what_people_notice_is_marked_on_the_scale(page: Page, mug_server: Serve
     page.get_by_text("Contact error", exact=True).click()
     marks = page.locator(".legend[data-field=error] .marks")
     expect(marks).to_contain_text("tolerance")
-    expect(marks).to_contain_text("52 mm along the surface: fingertip offset in contact: JND")
+    expect(marks).to_contain_text(
+        "52 mm along the surface: fingertip offset in contact: just noticeable difference"
+    )
     expect(marks).to_contain_text("? off the surface: no number, but noticed far sooner")
     expect(page.locator("#panel")).to_contain_text("|f − g|: how far the displayed finger is")
 

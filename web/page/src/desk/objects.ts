@@ -44,7 +44,12 @@ export class PropObject {
     const solid = new MeshStandardMaterial({ roughness: 0.75, side: DoubleSide });
     this.prop = new Mesh(geometry, solid);
     const faint = { color: 0x3a4654, transparent: true, opacity: 0.16, depthWrite: false };
-    this.ghost = new Mesh(geometry, new MeshStandardMaterial({ ...faint, roughness: 1 }));
+    // behind a virtual object that has the same face: depths that are equal would blotch it
+    const behind = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
+    this.ghost = new Mesh(
+      geometry,
+      new MeshStandardMaterial({ ...faint, ...behind, roughness: 1 }),
+    );
     const affine = state.goal !== null;
     const shown = affine ? geometry : geometryOf(surface.virtual, surface.faces);
     const china = new MeshStandardMaterial({ color: 0x3f8fc4, roughness: 0.32, side: DoubleSide });

@@ -23,6 +23,8 @@ export interface Pane {
   layer: number;
 }
 
+const SHADOW_TEXELS = 1024;
+
 /** The canvas with its two panes under one camera; it draws only when something has changed. */
 export class Stage {
   readonly scene = new Scene();
@@ -61,7 +63,7 @@ export class Stage {
     sky.position.set(0, 0, 1);
     this.#sun = new DirectionalLight(0xfff4e6, 2.1);
     this.#sun.castShadow = true;
-    this.#sun.shadow.mapSize.set(1024, 1024);
+    this.#sun.shadow.mapSize.setScalar(SHADOW_TEXELS);
     this.#sun.shadow.radius = 5;
     this.#sun.shadow.bias = -0.0004;
     for (const light of [sky, this.#sun]) light.layers.enableAll();
@@ -136,6 +138,8 @@ export class Stage {
       far: 5 * reach,
     });
     this.#sun.shadow.camera.updateProjectionMatrix();
+    // nearer to a surface than a few texels its own shadow would blotch it
+    this.#sun.shadow.normalBias = 3 * ((2 * reach) / SHADOW_TEXELS);
     this.draw();
   }
 

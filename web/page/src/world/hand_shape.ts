@@ -98,10 +98,11 @@ export class Balls {
   }
 }
 
-/** Around a cone, and from its pole to the rim of each cap. */
-const AROUND = 14;
+/** Around a cone, and from its pole to the rim of each cap: with fewer, sheets and cones that touch
+ * along a line cut each other in teeth. */
+const AROUND = 24;
 const RINGS = 5;
-const CONE_VERTICES = 2 * RINGS * AROUND;
+export const CONE_VERTICES = 2 * RINGS * AROUND;
 
 const SHEETS = CONE_VERTICES * CONES.length;
 

@@ -2,6 +2,7 @@ import { Vector3 } from "three";
 import { describe, expect, it } from "vitest";
 import {
   Balls,
+  CONE_VERTICES,
   CONES,
   skinFaces,
   tipVertices,
@@ -55,7 +56,7 @@ describe("the drawn skin of a hand", () => {
     for (let face = 0; face < faces.length; face += 3) {
       const corners = [0, 1, 2].map((k) => skin.point(faces[face + k]!));
       const middle = corners.reduce((sum, p) => sum.add(p), new Vector3()).divideScalar(3);
-      const [a, b] = CONES[Math.floor(faces[face]! / 140)] ?? [0, 0];
+      const [a, b] = CONES[Math.floor(faces[face]! / CONE_VERTICES)] ?? [0, 0];
       for (const ball of a === b ? [] : [a, b]) {
         const depth = skin.balls.radii[ball]! - middle.distanceTo(centre(skin.balls, ball));
         deepest = Math.max(deepest, depth / skin.balls.radii[ball]!);
