@@ -13,6 +13,7 @@ from tests.scan.scans import (
     noisy,
     with_duplicates,
     with_speck,
+    with_tunnel,
     with_turned_faces,
 )
 from touchwarp.errors import SceneError
@@ -101,6 +102,31 @@ def test_wraps_end_at_a_bound_of_work(mug: Surface, monkeypatch: pytest.MonkeyPa
     assert "wrapped" not in str(refused.value)
     # the twin: a voxel that is asked for is tried whatever the bound
     assert repair(shattered(mug), genus=1, voxel_mm=1.6, faces=None).genus == 1
+
+
+@pytest.mark.parametrize(("finer", "tries"), [(11, 2), (6, 11)])
+def test_wraps_end_where_a_finer_voxel_keeps_the_handles(
+    finer: int, tries: int, mug: Surface, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # a wall seen from one side only has holes at any voxel; those of a thin wall get fewer
+    thing = fine_mug()
+    found = {1: thing}
+    for angle in 0.5 + 0.55 * np.arange(10):
+        thing = with_tunnel(thing, [0.04 * np.cos(angle), 0.04 * np.sin(angle), 0.04])
+        found[inspect(thing).genus or 0] = thing
+    made: list[float] = []
+
+    def wrap(surface: Surface, voxel: float, *more: object, **options: object) -> Surface:
+        made.append(voxel)
+        return found[11 if voxel == made[0] else finer]
+
+    monkeypatch.setattr("touchwarp.scan.repair.wrap", wrap)
+    monkeypatch.setattr("touchwarp.scan.repair.wall_thickness", lambda surface: 1.0)
+    monkeypatch.setattr("touchwarp.scan.repair.MOST_WORK", 1e9)
+    with pytest.raises(SceneError, match="a wall seen from one side only cannot be closed"):
+        repair(shattered(mug), genus=1)
+    # of few handles each voxel's narrow tunnels are closed, in two widths, there and back
+    assert len(made) == tries
 
 
 def test_a_bound_that_is_not_met_is_refused(mug: Surface) -> None:

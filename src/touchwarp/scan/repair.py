@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -41,7 +42,7 @@ CLOSINGS = (0.0075, 0.011, 0.015)
 CLEANED = "duplicates dropped, faces turned outward"
 
 MOST_TUNNELS = 8
-"""Of a closed mesh with more handles too many a wrap is made instead."""
+"""Of a closed mesh with more handles too many a wrap is made instead, and of a wrap a finer one."""
 
 VOXEL = 0.006
 """Of the diagonal: the largest voxel; half the wall's thickness where that is less."""
@@ -194,12 +195,15 @@ def _wraps(
 
     A tunnel closes when the surface is moved out by half its width, and stays closed on the way
     back; what is not a tunnel comes back as it was, apart from creases narrower than that.
+
+    Of many handles those that too coarse a voxel made are gone with a finer one. Where more than
+    half of them stay, they are in the scan, as where a wall has one side only, and no wrap helps.
     """
     voxels = [VOXEL * diagonal(clean) / 1.6**k for k in range(5)]
     voxels = [v for v in voxels if v < 0.9 * wall_thickness(clean)][:3]
     if voxel_mm is not None:
         voxels = [voxel_mm * 1e-3]
-    work = 0.0
+    work, left = 0.0, math.inf
     for voxel in voxels:
         corners = corner_count(clean, voxel)
         if (corners > MOST_CORNERS or work + corners > MOST_WORK) and voxel_mm is None:
@@ -210,6 +214,11 @@ def _wraps(
         yield (CLEANED, step), _evened(whole, genus, faces, report)
         handles = inspect(whole).genus
         if handles is None or handles <= genus:
+            continue
+        if handles - genus > MOST_TUNNELS and voxel_mm is None:
+            if handles - genus > 0.5 * left:
+                return
+            left = handles - genus
             continue
         for closing in (voxel, 2 * voxel):
             if work + 2 * corners > MOST_WORK and voxel_mm is None:
@@ -287,7 +296,8 @@ def _refusal(before: Soundness, genus: int, reason: str, bound: float, failed: l
         f"end at {MOST_WORK / 1e6:.3g} million voxel corners. "
         "Ask for another genus (--genus) if that one is wrong, "
         "allow more (--bound-mm), give a smaller voxel (--voxel-mm) for thin walls, or scan "
-        "what is missing."
+        "what is missing: a wall seen from one side only cannot be closed. Goals that need no "
+        "closed mesh, such as transform, take the scan as it is."
     )
 
 
