@@ -90,6 +90,8 @@ def test_a_foot_on_the_table_is_told_by_itself() -> None:
     assert checks["contact.foot"].value == pytest.approx(1.0)
     # 60 × 40 of the block's 2 (60 × 40 + 60 × 100 + 40 × 100) mm²
     assert "9.7 % of the surface lies on a fixed plane" in checks["contact.foot"].detail
+    case = case_of(block_scene(), off)
+    assert case.standing["block"].mean() == pytest.approx(0.0968, abs=5e-3)
 
 
 @pytest.mark.parametrize("what", ["no table", "above it", "an open sheet"])

@@ -208,6 +208,21 @@ def test_a_map_s_surfaces_carry_one_checkerboard_and_every_quantity(map_case: Ca
     )
 
 
+@pytest.mark.parametrize(("mode", "marks"), [("slide", (52.0, 31.9)), ("pinch", (52.0, None))])
+def test_what_people_notice_is_marked_where_it_is_known(
+    mode: str, marks: tuple[float | None, ...]
+) -> None:
+    data = view_data(case_of(map_scene(cube_map(), mode), Still()))
+    fields = {f["key"]: f for f in data["map_fields"]}
+    for key, limit in zip(("mismatch", "turn"), marks, strict=True):
+        assert fields[key]["mark"] == (None if limit is None else (limit, "JND"))
+    assert fields["distance"]["mark"] == (pytest.approx(0.1), "tolerance")
+    assert all(field["note"] for key, field in fields.items() if key != "plain")
+    # an end that cuts values off says so, and one that is the greatest of all does not
+    assert fields["curvature"]["beyond"] != [False, False]
+    assert fields["mismatch"]["beyond"] == [False, False]
+
+
 def test_the_virtual_object_itself_stands_behind_its_image(map_case: Case) -> None:
     own = virtual_triangles(map_case)
     assert len(own) == 3 * len(cube_map().virtual_surface.faces)

@@ -11,6 +11,7 @@ import pytest
 
 from tests.scan.scans import beaker, fine_mug, holed, on_table, stool
 from touchwarp.cli.main import main
+from touchwarp.errors import SceneError
 from touchwarp.scan.deviation import sample
 from touchwarp.scan.mesh_output import write_mesh
 from touchwarp.scan.remesh import remesh
@@ -90,8 +91,26 @@ def test_where_handles_differ_a_transform_is_written_that_solves(
     box_now = scene.props[0].goal.affine(scene.props[0].surface.bounds)  # type: ignore[union-attr]
     stretched = scene.props[0].surface.transformed(box_now).bounds
     assert np.ptp(stretched, axis=0)[2] == pytest.approx(0.095, rel=1e-3)
-    capsys.readouterr()
+    told = capsys.readouterr().out
+    assert "So the prop is stretched to the box around mug" in told
+    assert "is not closed" not in told
     assert main(["solve", "block.toml", "-o", "block.warp", "--tolerance-mm", "5"]) == 0
+
+
+def test_a_scan_that_cannot_be_closed_is_told_of(
+    folder: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(surface: Surface, **options: object) -> None:
+        raise SceneError("no repair keeps the topology. Ask for another genus (--genus).")
+
+    monkeypatch.setattr("touchwarp.scan.preparation.repair", refused)
+    can = remesh(cylinder(0.03, 0.1), 5e-3)
+    write_mesh(folder / "can.ply", holed(can, np.array([[0.03, 0, 0.05]]), 0.01))
+    write_mesh(folder / "ball.glb", sphere(0.04))
+    assert main(["new", "can.ply", "ball.glb", "--unit", "m", "--yes", "-o", "can.toml"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "Note: can is not closed: no repair keeps the topology. Ask for another genus" in told
+    assert "options of `touchwarp repair`; give what it writes to `touchwarp new`" in told
 
 
 @pytest.mark.parametrize(("size", "told"), [(0.4, True), (0.12, False)])

@@ -133,6 +133,7 @@ def _facts(case: Case, samples: int, started: float, seconds: dict[str, float]) 
         "edge_radius_mm": 1e3 * case.edge_radius,
         "outer_box_m": case.region.box.tolist(),
         "surface_samples": samples,
+        "touched_samples": sum(int((~standing).sum()) for standing in case.standing.values()),
         "domain_samples": len(case.probes.points),
         "seed": case.seed,
         "seconds": round(time.perf_counter() - started, 2),

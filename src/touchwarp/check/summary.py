@@ -66,7 +66,7 @@ def _contact(report: Report) -> str:
     mean = max(c.value or 0.0 for c in means)
     p99 = max(c.value or 0.0 for c in p99s)
     worst = " (worst prop)" if len(means) > 1 else ""
-    samples = f"{report.facts['surface_samples']:,}".replace(",", "\u202f")
+    samples = f"{report.facts['touched_samples']:,}".replace(",", "\u202f")
     return (
         "Where the prop is touched the warp misses its goal by "
         f"{join_unit(number_text(mean), 'mm')} on average and "

@@ -155,7 +155,14 @@ def write_scene(felt: Part, shown: Part, scale: bool, output: Path) -> None:
             f"displaced by up to {found.to_prop.max_mm:.0f} mm or more; if that is not meant, "
             "--scale brings it to the prop's size."
         )
-    click.echo(f"Goal    {draft.goal['kind']}: {draft.notes['goal'][0].split(': ', 1)[1]}")
+    for part in (felt, shown):
+        if part.ready.refusal:
+            click.echo(
+                f"Note: {part.name} is not closed: {part.ready.refusal} These are options of "
+                "`touchwarp repair`; give what it writes to `touchwarp new`."
+            )
+    reasons = draft.notes["goal"] if draft.goal["kind"] == "transform" else draft.notes["goal"][:1]
+    click.echo(f"Goal    {' '.join(reason.strip() for reason in reasons)}")
     click.echo(f"Next: touchwarp solve {output} -o {output.with_suffix('.warp')}")
 
 

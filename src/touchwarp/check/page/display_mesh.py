@@ -48,7 +48,8 @@ def field(
     colours: Colormap,
     *,
     log: bool = False,
-    mark: float | None = None,
+    mark: tuple[float, str] | None = None,
+    note: str = "",
 ) -> dict[str, Any]:
     """Values per corner, 8-bit between two ends, with the colours that show them.
 
@@ -58,7 +59,8 @@ def field(
         ends: the values of the first and the last colour.
         colours: from the one to the other.
         log: by factors instead of differences.
-        mark: a value to be marked on the scale, for one by factors.
+        mark: a value to be marked on the scale where it is on it, and what it is.
+        note: what a reader has to know of it, a sentence.
     """
     low, high = ends
     if log:
@@ -76,7 +78,9 @@ def field(
         "log": log,
         "colours": packed(colour_bytes(colours)),
         "gradient": css_gradient(colours),
+        "beyond": [bool((values < low).any()), bool((values > high).any())],
         "mark": mark,
+        "note": note,
     }
 
 

@@ -67,7 +67,17 @@ def map_fields(
     )
     return [
         {**plain, "gradient": ""},
-        field("area", "area ratio", "×", area, _factors(area), GAIN, log=True),
+        field(
+            "area",
+            "area ratio",
+            "×",
+            area,
+            _factors(area),
+            GAIN,
+            log=True,
+            note="Share of the seen area over share of the felt area: purple takes more than its "
+            "due, orange less; 1 in the middle.",
+        ),
         field(
             "greatest",
             "greatest stretch",
@@ -76,9 +86,30 @@ def map_fields(
             _factors(greatest),
             GAIN,
             log=True,
+            note="A stroke's seen over its felt length, in the direction where that is greatest; "
+            "1 in the middle.",
         ),
-        field("least", "least stretch", "×", least, _factors(least), GAIN, log=True),
-        field("curvature", "change of curvature", "m⁻¹", curvature, (-bend, bend), GAIN),
+        field(
+            "least",
+            "least stretch",
+            "×",
+            least,
+            _factors(least),
+            GAIN,
+            log=True,
+            note="A stroke's seen over its felt length, in the direction where that is least; "
+            "1 in the middle.",
+        ),
+        field(
+            "curvature",
+            "change of curvature",
+            "m⁻¹",
+            curvature,
+            (-bend, bend),
+            GAIN,
+            note="Mean curvature seen less felt, over a fingertip: purple is seen rounder or "
+            "sharper than it is felt, orange flatter or more hollow.",
+        ),
         *others,
         field(
             "distance",
@@ -88,7 +119,8 @@ def map_fields(
             (float(norm.vmin or 0.0), float(norm.vmax or 1.0)),
             ERROR,
             log=True,
-            mark=tolerance,
+            mark=(tolerance, "tolerance"),
+            note="How far the image lies from the virtual object's own surface.",
         ),
     ]
 

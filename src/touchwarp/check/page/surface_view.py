@@ -12,10 +12,18 @@ from touchwarp.check.page.display_mesh import display_mesh, field, packed, sixte
 from touchwarp.check.page.map_view import map_fields, square_side, virtual_triangles
 from touchwarp.check.page.palette import ERROR, MISMATCH, error_norm
 from touchwarp.check.perception import normal_turn
+from touchwarp.check.thresholds import FINGERTIP_OFFSET, FORCE_DIRECTION, Threshold
 
 Float = NDArray[np.float64]
 
 MOST_FACES = 40_000
+
+
+def _mark(threshold: Threshold, mode: str) -> tuple[float, str] | None:
+    """What people notice, where there is a number for the interaction mode."""
+    if mode in threshold.modes and isinstance(threshold.limit, float):
+        return threshold.limit, threshold.kind
+    return None
 
 
 def view_data(case: Case) -> dict[str, Any]:
@@ -35,14 +43,39 @@ def view_data(case: Case) -> dict[str, Any]:
     turn = np.concatenate([normal_turn(p)[q[2]] for p, q in zip(case.props, parts, strict=True)])
     norm = error_norm(1e3 * case.tolerance)
     ends = float(norm.vmin or 0.0), float(norm.vmax or 1.0)
+    mode = case.scene.interaction.mode
     fields = [
         field(
-            "error", "contact error", "mm", error, ends, ERROR, log=True, mark=1e3 * case.tolerance
+            "error",
+            "contact error",
+            "mm",
+            error,
+            ends,
+            ERROR,
+            log=True,
+            mark=(1e3 * case.tolerance, "tolerance"),
+            note="How far the warp shows a touching finger from where the goal puts it.",
         ),
         field(
-            "mismatch", "mismatch |u|", "mm", mismatch, (0.0, max(mismatch.max(), 1e-3)), MISMATCH
+            "mismatch",
+            "mismatch |u|",
+            "mm",
+            mismatch,
+            (0.0, max(mismatch.max(), 1e-3)),
+            MISMATCH,
+            mark=_mark(FINGERTIP_OFFSET, mode),
+            note="How far a touching finger is shown from where it is.",
         ),
-        field("turn", "turn of the normal", "°", turn, (0.0, max(turn.max(), 1.0)), MISMATCH),
+        field(
+            "turn",
+            "turn of the normal",
+            "°",
+            turn,
+            (0.0, max(turn.max(), 1.0)),
+            MISMATCH,
+            mark=_mark(FORCE_DIRECTION, mode),
+            note="The angle between the surface that is felt and the one that is seen.",
+        ),
     ]
     return {
         "low": (1e3 * low).round(3).tolist(),

@@ -8,7 +8,7 @@
   const felt = shorts(data.felt), seen = shorts(data.seen), own = shorts(data.virtual);
   const size = data.high.map((h, k) => h - data.low[k]);
   const reach = Math.hypot(...size);
-  const short = (x) => Number(x.toPrecision(2)).toString();
+  const short = (x, digits = 2) => Number(x.toPrecision(digits)).toString().replace("-", "−");
 
   const VERTEX = `#version 300 es
     in vec3 felt; in vec3 seen; in float value;
@@ -109,15 +109,20 @@
       bar.style.background = field.gradient;
       bar.replaceChildren();
       const [first, middle, last] = scale.querySelectorAll(".ends span");
-      first.textContent = (field.log ? "≤ " : "") + short(field.low);
-      last.textContent = (field.log ? "≥ " : "") + short(field.high) + " " + field.unit;
+      first.textContent = (field.beyond[0] ? "≤ " : "") + short(field.low);
+      last.textContent = (field.beyond[1] ? "≥ " : "") + short(field.high) + " " + field.unit;
       middle.textContent = field.name;
-      if (field.mark !== null) {
+      scale.querySelector(".note").textContent = field.note;
+      if (field.mark !== null && field.low < field.mark[0] && field.mark[0] < field.high) {
+        const [value, what] = field.mark;
+        const along = field.log
+          ? Math.log(value / field.low) / Math.log(field.high / field.low)
+          : (value - field.low) / (field.high - field.low);
         const tick = document.createElement("i");
-        tick.style.left = 100 * Math.log(field.mark / field.low) / Math.log(field.high / field.low) + "%";
-        tick.title = "tolerance";
+        tick.style.left = 100 * along + "%";
+        tick.title = what;
         bar.append(tick);
-        middle.textContent += ", tick: tolerance " + short(field.mark) + " " + field.unit;
+        middle.textContent += ", tick: " + what + " " + short(value, 3) + " " + field.unit;
       }
       draw();
     };
