@@ -374,11 +374,15 @@ class AdaptiveSolver:
 
     def _error_outside_tube(self) -> float:
         """m: the greatest estimated discretisation error farther than the radius from edges."""
-        errors = self._errors
-        if len(errors) < len(self.multigrid.stages):
-            errors = discretisation_error(self.multigrid, self._lane_scale)
-        frame, least = self.problem.frame, 0.5 * self.tolerance
-        return self.tube.greatest_outside(frame, self.multigrid.stages, self.regions, errors, least)
+        grid, errors = self.multigrid, self._errors
+        if len(errors) < len(grid.stages):
+            errors = discretisation_error(grid, self._lane_scale)
+        # what a level would miss where a finer one stands in for it is missed by nobody
+        seen = [np.where(grid.covered(i), 0.0, error) for i, error in enumerate(errors)]
+        least = 0.5 * self.tolerance
+        return self.tube.greatest_outside(
+            self.problem.frame, grid.stages, self.regions, seen, least
+        )
 
     def _depth_of(self, spacing: float) -> int:
         """The first level with cells no larger than `spacing` (m)."""
