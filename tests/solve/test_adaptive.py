@@ -100,3 +100,12 @@ def test_edges_are_refined_for_errors_that_a_table_has_alone(prepared, where_see
         wanted = in_space & outside & (grid.covered(i) != where_seen)
         solver._errors[i][wanted] = 10.0 * solver.tolerance
     assert solver.sharpen() == where_seen
+
+
+@pytest.mark.parametrize(
+    ("place_mm", "finer"), [((41.0, 0.0, 0.0), True), ((41.0, 30.0, 25.0), False)]
+)
+def test_cells_of_the_least_size_at_edges_are_refined_away_from_them(prepared, place_mm, finer):
+    solver, _ = prepared
+    points = solver.problem.frame.to_grid(1e-3 * np.array([place_mm]))
+    assert solver.demand(points, np.array([solver.marker.deepest])) == finer
