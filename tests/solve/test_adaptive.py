@@ -1,4 +1,4 @@
-"""A grid that is made finer keeps its cells and starts from their values."""
+"""A grid made finer keeps its cells and their values, and is judged by what a table sees."""
 
 import numpy as np
 import pytest
@@ -85,3 +85,27 @@ def test_levels_that_come_again_for_other_data_have_those(prepared):
     for _ in range(5):
         grid.cycle()
     assert np.abs(grid.stages[-1].u - settled).max() < 0.1e-3 * TOLERANCE_MM
+
+
+@pytest.mark.parametrize("where_seen", [False, True])
+def test_edges_are_refined_for_errors_that_a_table_has_alone(prepared, where_seen):
+    solver, _ = prepared
+    grid = solver.multigrid
+    solver._errors = [np.zeros(stage.level.n, np.float32) for stage in grid.stages]
+    for i, stage in enumerate(grid.stages):
+        in_space = solver.regions[i] == 1
+        outside = ~solver.tube.contains(
+            solver.problem.frame.to_scene(stage.level.coordinates() / 2.0**stage.level.depth)
+        )
+        wanted = in_space & outside & (grid.covered(i) != where_seen)
+        solver._errors[i][wanted] = 10.0 * solver.tolerance
+    assert solver.sharpen() == where_seen
+
+
+@pytest.mark.parametrize(
+    ("place_mm", "finer"), [((41.0, 0.0, 0.0), True), ((41.0, 30.0, 25.0), False)]
+)
+def test_cells_of_the_least_size_at_edges_are_refined_away_from_them(prepared, place_mm, finer):
+    solver, _ = prepared
+    points = solver.problem.frame.to_grid(1e-3 * np.array([place_mm]))
+    assert solver.demand(points, np.array([solver.marker.deepest])) == finer

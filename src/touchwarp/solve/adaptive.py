@@ -14,7 +14,7 @@ from touchwarp.solve.estimate import discretisation_error
 from touchwarp.solve.ghosts import extended_inwards
 from touchwarp.solve.interface import hanging_values
 from touchwarp.solve.level import LOCAL, OFFSETS
-from touchwarp.solve.marking import SAFETY, Marker
+from touchwarp.solve.marking import BEYOND, SAFETY, Marker
 from touchwarp.solve.memory import check_memory
 from touchwarp.solve.multigrid import SWEEPS, Lanes, Multigrid, Stage
 from touchwarp.solve.problem import Problem
@@ -172,10 +172,12 @@ class AdaptiveSolver:
     def demand(self, points: NDArray[np.float64], depths: NDArray[np.int64]) -> bool:
         """Make the next `build` refine cells of levels `depths` (k,) at root-grid points (k, 3).
 
-        Levels finer than the least cell size at edges are left. Whether any other is asked for, and
-        such cells are more than a few beside those that are left: the tolerance is missed there.
+        Levels finer than the least cell size at edges are left, outside the tube those that are
+        finer by `BEYOND`. Whether any other is asked for, and such cells are more than a few beside
+        those that are left: the tolerance is missed there.
         """
-        can = depths < self._depth_of(self._least_spacing)
+        in_tube = self.tube.contains(self.problem.frame.to_scene(points))
+        can = depths < self.marker.deepest + np.where(in_tube, 0, BEYOND)
         self.marker.capped |= not can.all()
         if np.count_nonzero(can) <= FEW * np.count_nonzero(~can):
             return False
@@ -374,11 +376,15 @@ class AdaptiveSolver:
 
     def _error_outside_tube(self) -> float:
         """m: the greatest estimated discretisation error farther than the radius from edges."""
-        errors = self._errors
-        if len(errors) < len(self.multigrid.stages):
-            errors = discretisation_error(self.multigrid, self._lane_scale)
-        frame, least = self.problem.frame, 0.5 * self.tolerance
-        return self.tube.greatest_outside(frame, self.multigrid.stages, self.regions, errors, least)
+        grid, errors = self.multigrid, self._errors
+        if len(errors) < len(grid.stages):
+            errors = discretisation_error(grid, self._lane_scale)
+        # what a level would miss where a finer one stands in for it is missed by nobody
+        seen = [np.where(grid.covered(i), 0.0, error) for i, error in enumerate(errors)]
+        least = 0.5 * self.tolerance
+        return self.tube.greatest_outside(
+            self.problem.frame, grid.stages, self.regions, seen, least
+        )
 
     def _depth_of(self, spacing: float) -> int:
         """The first level with cells no larger than `spacing` (m)."""

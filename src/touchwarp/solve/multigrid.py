@@ -236,11 +236,15 @@ class Multigrid:
 
     def amplify_equation(self, i: int, factor: np.float32) -> None:
         """Multiply what level i has given the coarser one, where i is the finest there is."""
-        fine, coarse = self.stages[i], self.stages[i - 1]
-        covered = np.zeros(fine.level.n, bool)
+        coarse = self.stages[i - 1]
+        self._between(transfer.amplify, i, self.covered(i), coarse.slot, factor, coarse.source)
+
+    def covered(self, i: int) -> NDArray[np.bool_]:
+        """(n,) nodes of level i at which a finer level stands in for it."""
+        covered = np.zeros(self.stages[i].level.n, bool)
         if i + 1 < len(self.stages):
             self._between(transfer.mark_covered, i + 1, covered)
-        self._between(transfer.amplify, i, covered, coarse.slot, factor, coarse.source)
+        return covered
 
     def correct(self, i: int) -> None:
         """Add the coarser level's change to level i."""
