@@ -90,6 +90,19 @@ def test_a_tolerance_that_was_missed_is_told_of(ball_table: TableWarp, tmp_path:
     assert "stayed above the tolerance" in notes[1][0]
 
 
+@pytest.mark.parametrize(("error", "holds"), [(0.9, True), (1.1, False)])
+def test_a_grid_that_is_capped_at_edges_is_told_of(
+    error: float, holds: bool, ball_table: TableWarp, tmp_path: Path
+) -> None:
+    record = SolveRecord(1000, 0.002, (1e-3,), (1e-6,), error, 0.1, 2.0, 0.1, 0.2, True, 0.0)
+    output = tmp_path / "ball.warp"
+    ball_table.save(output)
+    solved = TableWarp(ball_table.bricks, ball_table.meta, record)
+    note = solved_facts(solved, output, 1.0)["notes"][-1]
+    assert note.startswith("within 2 mm of sharp edges the grid is coarser")
+    assert note.endswith("beyond, the tolerance holds.") == holds
+
+
 BALL = """
 [outer]
 box = { min = [-0.2, -0.2, -0.2], max = [0.2, 0.2, 0.2] }

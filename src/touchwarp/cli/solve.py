@@ -104,7 +104,8 @@ def solved_facts(warp: TableWarp | PlaneTableWarp, output: Path, seconds: float)
         for name, matrix in meta.goals.items()
         if np.array_equal(matrix, np.eye(len(matrix)))
     ]
-    if record.estimated_error_max_mm > meta.tolerance_mm:
+    missed = record.estimated_error_max_mm > meta.tolerance_mm
+    if missed:
         notes.append(
             "the estimated error stayed above the tolerance in the last round of refinement; "
             "`touchwarp check` fails a warp for that, and measures what it comes to."
@@ -116,8 +117,8 @@ def solved_facts(warp: TableWarp | PlaneTableWarp, output: Path, seconds: float)
         )
     if getattr(record, "capped", False):
         notes.append(
-            "the grid near sharp edges is coarser than the field there asks for; "
-            f"beyond {meta.edge_radius_mm:g} mm from them the tolerance holds."
+            f"within {meta.edge_radius_mm:g} mm of sharp edges the grid is coarser than the field "
+            "there asks for" + ("." if missed else "; beyond, the tolerance holds.")
         )
     return {
         "warp": str(output),
