@@ -8,6 +8,9 @@ import type { Stage } from "./stage.js";
 export type GizmoMode = "translate" | "rotate" | "scale";
 
 const LEAST_SCALE = 0.05;
+const SIZE = 0.7;
+/** How far the handles reach, as a share of half the view's height: 0.6 of three's own unit. */
+export const HANDLES_REACH = 0.6 * SIZE * (1.9 / 4);
 
 /** Moves, turns and scales one virtual object about its goal's pivot. */
 export class Gizmo {
@@ -20,7 +23,7 @@ export class Gizmo {
 
   constructor(readonly stage: Stage) {
     this.controls = new TransformControls(stage.camera, stage.seen.element);
-    this.controls.setSize(0.7);
+    this.controls.setSize(SIZE);
     this.controls.setColors(0xd4301c, 0x2e8b57, 0x6a4fb0, 0xe08a1e);
     dropBackwardArrows(this.controls.getHelper());
     stage.scene.add(this.#object);
@@ -96,8 +99,13 @@ function place(object: Object3D, pivot: readonly number[], placement: Placement)
   const [x, y, z] = placement.rotation_deg.map(MathUtils.degToRad) as [number, number, number];
   object.quaternion.setFromEuler(new Euler(x, y, z, "ZYX"));
   object.scale.set(...placement.scale);
-  object.position.set(pivot[0]!, pivot[1]!, pivot[2]!).add(new Vector3(...placement.translation));
+  object.position.copy(middleOf(pivot, placement));
   object.updateMatrixWorld();
+}
+
+/** Where the gizmo stands: the pivot, moved along. */
+export function middleOf(pivot: readonly number[], placement: Placement): Vector3 {
+  return new Vector3().fromArray(pivot).add(new Vector3(...placement.translation));
 }
 
 function placementOf(object: Object3D, pivot: readonly number[]): Placement {

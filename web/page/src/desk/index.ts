@@ -3,7 +3,7 @@ import type { Context } from "../context.js";
 import type { FromServer, Placement, Progress, Task } from "../live/messages.js";
 import { persistently } from "../world/surface.js";
 import { colourVertices, evaluate, FIELDS, type FieldName, type Scale, scaleOf } from "./fields.js";
-import { Gizmo, goalOf } from "./gizmo.js";
+import { Gizmo, goalOf, middleOf } from "./gizmo.js";
 import { listenToKeys } from "./keyboard.js";
 import { Marker } from "./marker.js";
 import { Mouse } from "./mouse.js";
@@ -110,7 +110,12 @@ export class Desk {
       if (prop.state.placement) this.#placements.set(prop.state.name, prop.state.placement);
     }
     this.#gizmo.attach(props.find((prop) => prop.state.placement !== null) ?? null);
-    this.stage.frame(around);
+    this.stage.frame(
+      around,
+      props.flatMap(({ state: { pivot, placement } }) =>
+        placement ? [middleOf(pivot, placement)] : [],
+      ),
+    );
     this.probe.touchFirst();
     this.#tellReading();
     this.#askPanel();

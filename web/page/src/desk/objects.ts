@@ -6,8 +6,10 @@ import {
   type Color,
   DoubleSide,
   Group,
+  type Material,
   Matrix4,
   Mesh,
+  MeshLambertMaterial,
   MeshStandardMaterial,
   Quaternion,
   Vector3,
@@ -46,10 +48,7 @@ export class PropObject {
     const faint = { color: 0x3a4654, transparent: true, opacity: 0.16, depthWrite: false };
     // behind a virtual object that has the same face: depths that are equal would blotch it
     const behind = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
-    this.ghost = new Mesh(
-      geometry,
-      new MeshStandardMaterial({ ...faint, ...behind, roughness: 1 }),
-    );
+    this.ghost = new Mesh(geometry, new MeshLambertMaterial({ ...faint, ...behind }));
     const affine = state.goal !== null;
     const shown = affine ? geometry : geometryOf(surface.virtual, surface.faces);
     const china = new MeshStandardMaterial({ color: 0x3f8fc4, roughness: 0.32, side: DoubleSide });
@@ -130,7 +129,7 @@ export class PropObject {
   dispose(): void {
     for (const mesh of this.objects) {
       mesh.geometry.dispose();
-      (mesh.material as MeshStandardMaterial).dispose();
+      (mesh.material as Material).dispose();
       mesh.removeFromParent();
     }
   }
@@ -152,9 +151,8 @@ export function planeObject(plane: Plane, around: Box3): Group {
   const fade = fadeTexture();
   const top = new Mesh(
     new CircleGeometry(radius, 96),
-    new MeshStandardMaterial({
+    new MeshLambertMaterial({
       color: 0xe9e2d6,
-      roughness: 0.95,
       alphaMap: fade,
       transparent: true,
       depthWrite: false,

@@ -3,6 +3,7 @@ import {
   Box3,
   DirectionalLight,
   HemisphereLight,
+  MathUtils,
   MOUSE,
   PCFShadowMap,
   PerspectiveCamera,
@@ -15,6 +16,7 @@ import {
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { HANDLES_REACH } from "./gizmo.js";
 import { ALL, FELT, SEEN, TOGETHER } from "./layers.js";
 
 /** One view of the scene: an element over the canvas, and the layer that it shows. */
@@ -24,6 +26,8 @@ export interface Pane {
 }
 
 const SHADOW_TEXELS = 1024;
+/** Around objects that are framed, a little room. */
+const ROOM = 1.08;
 
 /** The canvas with its two panes under one camera; it draws only when something has changed. */
 export class Stage {
@@ -41,6 +45,7 @@ export class Stage {
   #paused = true;
   #flight: ((time: number) => boolean) | null = null;
   #all = new Box3();
+  #handles: readonly Vector3[] = [];
   #sun: DirectionalLight;
 
   constructor(
@@ -101,7 +106,7 @@ export class Stage {
 
   /** Show all, as in the beginning. */
   home(): void {
-    this.frame(this.#all);
+    this.frame(this.#all, this.#handles);
   }
 
   /** Come to this many times the distance. */
@@ -113,13 +118,17 @@ export class Stage {
     this.orbit.update();
   }
 
-  /** Look at a box from the front, half from above. */
-  frame(box: Box3): void {
+  /**
+   * Look at a box from the front, half from above, from where the ball around it fits each pane.
+   * @param handles where a gizmo may stand, which is to fit as well.
+   */
+  frame(box: Box3, handles: readonly Vector3[]): void {
     this.#all.copy(box);
+    this.#handles = handles;
     this.#flight = null;
     const ball = box.getBoundingSphere(new Sphere());
     this.orbit.target.copy(ball.center);
-    const away = new Vector3(0.42, -1, 0.62).normalize().multiplyScalar(5.6 * ball.radius);
+    const away = new Vector3(0.42, -1, 0.62).setLength(this.#distanceOf(ball));
     this.camera.position.copy(ball.center).add(away);
     this.camera.near = 0.05 * ball.radius;
     this.camera.far = 80 * ball.radius;
@@ -190,6 +199,18 @@ export class Stage {
       this.afterFrame();
       if (this.#flight !== null) this.draw();
     });
+  }
+
+  /** From how far a ball and the handles fit a pane, whichever of its sides is the narrower. */
+  #distanceOf(ball: Sphere): number {
+    const { width, height } = this.seen.element.getBoundingClientRect();
+    const narrower = Math.min(width / height || 1, 1); // what is not laid out counts as square
+    const upwards = Math.tan(MathUtils.degToRad(this.camera.fov / 2));
+    const within = Math.sin(Math.atan(upwards * narrower));
+    // handles are as large on the screen from everywhere; at most half of a pane is left to them
+    const beside = Math.max(within - HANDLES_REACH * upwards, within / 2);
+    const farthest = Math.max(0, ...this.#handles.map((place) => place.distanceTo(ball.center)));
+    return Math.max((ROOM * ball.radius) / within, farthest / beside);
   }
 
   #aim(aspect: number): void {

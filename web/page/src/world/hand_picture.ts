@@ -6,7 +6,7 @@ import {
   EqualDepth,
   Group,
   Mesh,
-  MeshStandardMaterial,
+  MeshLambertMaterial,
 } from "three";
 import { Balls, skinFaces, tipVertices, VERTEX_COUNT, writeSkin } from "./hand_shape.js";
 
@@ -16,7 +16,7 @@ const TOUCHING = new Color(0x17b8a0);
 
 /** A hand as it is drawn; updated in place. */
 export class HandPicture extends Group {
-  readonly material: MeshStandardMaterial;
+  readonly material: MeshLambertMaterial;
   #balls = new Balls();
   #positions = dynamic();
   #normals = dynamic();
@@ -27,9 +27,8 @@ export class HandPicture extends Group {
   constructor(colour: number, opacity = 1) {
     super();
     this.#skin = new Color(colour);
-    this.material = new MeshStandardMaterial({
+    this.material = new MeshLambertMaterial({
       vertexColors: true,
-      roughness: 0.62,
       transparent: opacity < 1,
       opacity,
     });
