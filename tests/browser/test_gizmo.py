@@ -121,11 +121,18 @@ class Desk:
         """
         end = self.page.locator(".legend[data-field=mismatch] .ends span").last
 
+        seen: list[tuple[str, float, float]] = []
+
         def follows() -> bool:
             told = float(re.sub(r"[^\d.]", "", end.inner_text()))
-            return abs(told - self._greatest_shift()) < 0.6
+            exactness = self.page.locator(".exactness").inner_text()
+            seen[:] = [(exactness, told, self._greatest_shift())]
+            return abs(told - seen[0][2]) < 0.6
 
-        wait_until(self.page, follows, "the warp does not follow the object")
+        try:
+            wait_until(self.page, follows, "the warp does not follow the object")
+        except AssertionError as error:
+            raise AssertionError(f"{error}: warp, mm it tells, mm by the numbers: {seen}") from None
         self._shifts.append(self._greatest_shift())
 
     def _greatest_shift(self) -> float:
