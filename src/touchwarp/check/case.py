@@ -274,7 +274,7 @@ def open_case(
             if f.surface is not None
         ),
         planes=tuple(
-            (np.asarray(f.plane[0], float), _unit(np.asarray(f.plane[1], float)))
+            (np.asarray(f.plane[0]), np.asarray(f.plane[1]))
             for f in scene.fixed
             if f.plane is not None
         ),
@@ -293,8 +293,3 @@ def open_case(
         screening=objective.screening if meta is None else meta.screening,
         seed=seed,
     )
-
-
-def _unit(v: Float) -> Float:
-    unit: Float = v / np.linalg.norm(v)
-    return unit

@@ -36,13 +36,14 @@ def check_contact(case: Case) -> Finding:
         tube = _in_tube(prop.samples.points, edge_points, case.edge_radius)
         standing = case.standing[prop.name]
         given = case.contradicted(prop, prop.samples.points) & ~standing
-        checks += _area_checks(case, prop, tube, ~standing & ~given)
+        kept = ~standing & ~given
+        checks += _area_checks(case, prop, tube, kept)
         checks += _contradiction_checks(case, prop, given)
         checks += _foot_checks(case, prop, standing)
         checks += _edge_checks(case, prop, edge_points, edge_error)
         shown[prop.name] = {
             "tube": tube,
-            "forbidden": given,
+            "kept": kept,
             "edge_points": edge_points,
             "edge_error": edge_error,
         }

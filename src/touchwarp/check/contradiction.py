@@ -81,7 +81,7 @@ def find_contradictions(
         asked = samples.targets[touching] - samples.points[touching]
         if fixed.contact == "slide":
             assert fixed.plane is not None, "only planes slide"
-            forbidden = np.abs(asked @ _unit(fixed))
+            forbidden = np.abs(asked @ np.asarray(fixed.plane[1]))
         else:
             forbidden = np.linalg.norm(asked, axis=1)
         if forbidden.max() > tolerance:
@@ -95,7 +95,8 @@ def find_contradictions(
 def _distance(fixed: Fixed, hold: Body | None, points: Float) -> Float:
     """(n,) m, from (n, d) points to a fixed surface; inf where that is beyond its blend."""
     if fixed.plane is not None:
-        away: Float = np.abs((points - np.asarray(fixed.plane[0], float)) @ _unit(fixed))
+        point, normal = (np.asarray(v) for v in fixed.plane)
+        away: Float = np.abs((points - point) @ normal)
         return away
     assert hold is not None
     distance = np.full(len(points), np.inf)
@@ -104,10 +105,3 @@ def _distance(fixed: Fixed, hold: Body | None, points: Float) -> Float:
     close = ((points >= low) & (points <= high)).all(axis=1)
     distance[close] = hold.nearest(points[close])[0]
     return distance
-
-
-def _unit(fixed: Fixed) -> Float:
-    assert fixed.plane is not None
-    normal = np.asarray(fixed.plane[1], float)
-    unit: Float = normal / np.linalg.norm(normal)
-    return unit

@@ -38,10 +38,11 @@ WIDTH, HEIGHT = 4.5, 2.7
 def draw_contact_histogram(case: Case, prop: PropCase, shown: dict[str, Any]) -> str:
     """Contact error over the surface and on sharp edges, with the tolerance.
 
-    Where a fixed surface forbids the goal it has a colour of its own and no part in the percentile.
+    What lies on a fixed plane, or may not meet its goal beside a fixed surface, has a colour of its
+    own and no part in the percentile.
     """
     error = 1e3 * case.contact_errors[prop.name]
-    forbidden = shown["forbidden"]
+    kept = shown["kept"]
     edges = 1e3 * shown["edge_error"]
     tolerance = 1e3 * case.tolerance
     low = 1e-3 * tolerance
@@ -51,13 +52,13 @@ def draw_contact_histogram(case: Case, prop: PropCase, shown: dict[str, Any]) ->
         axes = picture.axes
         styles: tuple[tuple[Float, str, dict[str, Any]], ...] = (
             (
-                error[~forbidden],
+                error[kept],
                 "surface",
                 {"color": SEEN, "histtype": "stepfilled", "alpha": 0.55},
             ),
             (
-                error[forbidden],
-                "where the goal is forbidden",
+                error[~kept],
+                "on or held by what is fixed",
                 {"color": MUTED, "histtype": "stepfilled", "alpha": 0.55},
             ),
             (edges, "sharp edges", {"color": WARN, "histtype": "step", "lw": 1.5}),
@@ -71,7 +72,7 @@ def draw_contact_histogram(case: Case, prop: PropCase, shown: dict[str, Any]) ->
                 )
         axes.set_xscale("log")
         _limit(picture, tolerance, "tolerance")
-        p99 = float(np.quantile(error[~forbidden], 0.99)) if not forbidden.all() else 0.0
+        p99 = float(np.quantile(error[kept], 0.99)) if kept.any() else 0.0
         if low < p99 < high:
             axes.axvline(p99, color=INK, lw=0.9, ls=":")
             axes.annotate(
