@@ -82,8 +82,8 @@ class AdaptiveSolver:
         self.regions: list[Region] = []
         self.residuals: list[float] = []
         self.changes: list[float] = []
-        self._least_spacing = edge_radius / MOST_CELLS_ACROSS_TUBE
-        self.marker = Marker(problem, tolerance, self._depth_of(self._least_spacing))
+        deepest = self._depth_of(edge_radius / MOST_CELLS_ACROSS_TUBE)
+        self.marker = Marker(problem, tolerance, deepest)
         self._data = np.empty((0, LANES))
         self._lane_scale = np.ones(LANES, np.float32)
         self._yielding: list[Yielding] = []
@@ -151,7 +151,7 @@ class AdaptiveSolver:
         """
         stages = self.multigrid.stages
         finest = stages[-1].level.depth
-        if not self._depth_at_edges <= finest < self._depth_of(self._least_spacing):
+        if not self._depth_at_edges <= finest < self.marker.deepest:
             return False
         before, self._missed = self._missed, self._error_outside_tube()
         if self._missed < SAFETY * self.tolerance or self._missed > HELPED * before:

@@ -56,15 +56,9 @@ def fit_round(
     interpolation = interpolation_error(solution, lane_scale, normal_lanes)
 
     def estimate(fitted: Fitted | None) -> TableError:
+        tolerance = slack * solver.tolerance
         return estimate_error(
-            problem,
-            solution,
-            grid,
-            solver.tube,
-            lane_scale,
-            slack * solver.tolerance,
-            interpolation,
-            fitted,
+            problem, solution, grid, solver.tube, lane_scale, tolerance, interpolation, fitted
         )
 
     # a fit that only has to be applied takes little more than this look

@@ -104,15 +104,7 @@ def basis_rounds(whole: WarpSolver, tell: Progress) -> tuple[AdaptiveSolver, lis
         data, lanes = solves[len(rounds)]
         solver.solve(data, lanes)
         maker = rounds[-1].maker if rounds else None
-        found = fit_round(
-            solver,
-            maker,
-            data,
-            lanes,
-            lane_scale,
-            refine=refine,
-            slack=STRICTNESS,
-        )
+        found = fit_round(solver, maker, data, lanes, lane_scale, refine=refine, slack=STRICTNESS)
         if found is not None:
             rounds.append(found)
         else:
