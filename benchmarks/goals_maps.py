@@ -83,6 +83,20 @@ def pairs(folder: Path) -> dict[str, Callable[[], tuple[Surface, Surface]]]:
     }
 
 
+def aligned(name: str, prop: Surface, virtual: Surface) -> Surface:
+    """The virtual object of a pair where `touchwarp align` puts it, if it is to be moved."""
+    if name in AS_THEY_STAND:
+        return virtual
+    return virtual.transformed(place(prop, virtual).T_prop_virtual)
+
+
+def goal_of(kind: str, prop: Surface, virtual: Surface) -> Goal:
+    """The map of one kind between two surfaces."""
+    if kind == "match":
+        return match_goal(Prop("prop", prop), MatchGoal(virtual))
+    return area_preserving_goal(Prop("prop", prop), AreaPreservingGoal(virtual))
+
+
 def judged(name: str, kind: str, goal: Goal) -> list[Figure]:
     """The figures of one map beside what is claimed of it."""
     told = goal.report
@@ -115,16 +129,11 @@ def main() -> None:
             continue
         try:
             prop, virtual = make()
-            if name not in AS_THEY_STAND:
-                virtual = virtual.transformed(place(prop, virtual).T_prop_virtual)
+            virtual = aligned(name, prop, virtual)
             moved = {}
             for kind in ("area_preserving", "match")[: 1 if name in TO_DOMAINS else 2]:
                 start = time.process_time()
-                goal = (
-                    match_goal(Prop("prop", prop), MatchGoal(virtual))
-                    if kind == "match"
-                    else area_preserving_goal(Prop("prop", prop), AreaPreservingGoal(virtual))
-                )
+                goal = goal_of(kind, prop, virtual)
                 seconds = time.process_time() - start
                 rows = judged(name, kind, goal)
                 rows.append(Figure(f"{name}, {kind}: processor time", seconds, "s"))

@@ -19,13 +19,11 @@ from statistics import median
 from tempfile import TemporaryDirectory
 
 from figures import Figure, print_figures, save_json
-from goals_maps import AS_THEY_STAND, judged, pairs
+from goals_maps import aligned, goal_of, judged, pairs
 
-from touchwarp.goals.maps.make import area_preserving_goal, match_goal
 from touchwarp.scan.mesh_output import write_mesh
-from touchwarp.scan.preparation import place
 from touchwarp.scan.remesh import edge_length_for, remesh
-from touchwarp.scene import AreaPreservingGoal, MatchGoal, Prop, Surface, read_mesh
+from touchwarp.scene import Surface, read_mesh
 
 FACES = 10_000
 PAIRS = ("mug → tea cup", "mustard → banana", "cube → sphere", "cup → pitcher")
@@ -49,11 +47,7 @@ def timed(kind: str, files: tuple[Path, Path], name: str) -> list[Figure]:
     for _ in range(RUNS):
         start = time.perf_counter()
         prop, virtual = (read_mesh(file, "m") for file in files)
-        goal = (
-            match_goal(Prop("prop", prop), MatchGoal(virtual))
-            if kind == "match"
-            else area_preserving_goal(Prop("prop", prop), AreaPreservingGoal(virtual))
-        )
+        goal = goal_of(kind, prop, virtual)
         seconds.append(time.perf_counter() - start)
     claim = f"{name}, {kind}: wall, median of {RUNS - 1}"
     wall = Figure(claim, median(seconds[1:]), "s", at_most=SECONDS[kind])
@@ -73,8 +67,7 @@ def main() -> None:
     figures: list[Figure] = []
     for name in options.only:
         prop, virtual = pairs(options.data)[name]()
-        if name not in AS_THEY_STAND:
-            virtual = virtual.transformed(place(prop, virtual).T_prop_virtual)
+        virtual = aligned(name, prop, virtual)
         with TemporaryDirectory() as folder:
             files = Path(folder, "prop.ply"), Path(folder, "virtual.ply")
             for file, surface in zip(files, (prop, virtual), strict=True):
