@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import touchwarp as tw
 from tests.check.stand_ins import (
     Spoiled,
     Still,
@@ -15,8 +16,9 @@ from tests.check.stand_ins import (
     shifted,
     translation,
 )
+from touchwarp.check.brick_faces import cell_sides
 from touchwarp.check.identity import check_identity
-from touchwarp.scene import Fixed, Outer
+from touchwarp.scene import Fixed, Objective, Outer
 from touchwarp.scene.shapes import box, sphere
 
 
@@ -52,6 +54,37 @@ def test_a_curved_outer_boundary_has_the_tables_tolerance() -> None:
     assert checks["identity.beyond"].status == "pass"
     spoiled = found(scene, shifted(ball_warp(), 0.2))
     assert spoiled["identity.outer"].status == spoiled["identity.beyond"].status == "fail"
+
+
+def test_cells_that_a_curved_outer_boundary_crosses_are_judged_by_themselves() -> None:
+    """To be 0 on ∂Ω1 u goes on to the nodes beyond it, and falls to 0 in the cells behind these."""
+    objective = Objective(tolerance_mm=0.5)
+    scene = ball_scene(outer=Outer(surface=sphere(0.2, 2.0)), objective=objective)
+    table = tw.solve(scene)
+    crossing = float(np.linalg.norm(cell_sides(table.bricks, sphere(0.2).vertices), axis=1).max())
+    checks = found(scene, table)
+    assert {name: check.status for name, check in checks.items()} == {
+        "identity.outer": "pass",
+        "identity.beyond": "pass",
+        "identity.beside": "pass",
+    }
+    assert checks["identity.beside"].value > 1e-3
+
+    def stirred(low, high):
+        def by(x):
+            away = np.linalg.norm(x, axis=1, keepdims=True) - 0.2
+            return np.where((away > low) & (away < high), 1e-3, 0.0)
+
+        spoiled = Spoiled(table, by)
+        spoiled.bricks = table.bricks  # the cells are read off there
+        checks = found(scene, spoiled)
+        return {name: checks[name].status for name in ("identity.beyond", "identity.beside")}
+
+    assert stirred(0.5 * crossing, crossing) == {
+        "identity.beyond": "pass",
+        "identity.beside": "warn",
+    }
+    assert stirred(2.1 * crossing, np.inf) == {"identity.beyond": "fail", "identity.beside": "pass"}
 
 
 def along_the_table(x):

@@ -204,12 +204,14 @@ class Case:
     @cached_property
     def surface_cell(self) -> float:
         """m: the diagonal of the largest cell of the table at a prop; 2 mm without a table."""
+        return self.cell_at(np.concatenate([p.samples.points[::20] for p in self.props]))
+
+    def cell_at(self, points: Float) -> float:
+        """m: the diagonal of the largest of the table's cells at (n, 3) m, scene frame; or 2 mm."""
         bricks = getattr(self.warp, "bricks", None)
         if not isinstance(bricks, Bricks):
             return 2e-3
-        points = np.concatenate([p.samples.points[::20] for p in self.props])
-        sides: Float = cell_sides(bricks, points)
-        return float(np.linalg.norm(sides, axis=1).max())
+        return float(np.linalg.norm(cell_sides(bricks, points), axis=1).max())
 
     @cached_property
     def probes(self) -> Probes:
