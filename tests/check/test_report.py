@@ -103,6 +103,20 @@ def test_limits_as_people_write_them(limit, unit, text) -> None:
     assert Check("n", "t", 1.0, unit, limit, "pass", "hard").limit_text == text
 
 
+@pytest.mark.parametrize(
+    ("value", "limit", "text"),
+    [
+        (1.0704, (0.88, 1.07), "1.0704 ×"),
+        (0.87996, (0.88, 1.07), "0.87996 ×"),
+        (1.00004e-6, 1e-6, "1.00004·10⁻⁶ ×"),
+        (1.2004, (0.88, 1.07), "1.2 ×"),
+        (1.0696, (0.88, 1.07), "1.07 ×"),
+    ],
+)
+def test_a_value_beyond_a_limit_does_not_look_like_it(value, limit, text) -> None:
+    assert measured("n", "t", value, "×", limit=limit).value_text == text
+
+
 def test_places_are_told_in_millimetres() -> None:
     check = one(where=place([[0.01, -0.0204, 0.0]], 0))
     assert check.where_text == "(10.0, -20.4, 0.0) mm"

@@ -61,8 +61,16 @@ class Check:
 
     @property
     def value_text(self) -> str:
-        """The value with its unit, as people write it."""
-        return "—" if self.value is None else join_unit(number_text(self.value), self.unit)
+        """The value with its unit; beyond a limit, with as many digits as tell the two apart."""
+        if self.value is None:
+            return "—"
+        digits = 3
+        if self.status in ("fail", "warn"):
+            limits = self.limit if isinstance(self.limit, tuple) else (self.limit,)
+            for limit in limits:
+                while limit is not None and digits < 17 and _alike(self.value, limit, digits):
+                    digits += 1
+        return join_unit(number_text(self.value, digits), self.unit)
 
     @property
     def limit_text(self) -> str:
@@ -253,8 +261,8 @@ def place(points: Any, index: Any) -> tuple[float, ...]:
     return tuple(float(c) for c in points[int(index)])
 
 
-def number_text(value: float) -> str:
-    """Three significant digits, whole numbers from 1000 up with thin spaces."""
+def number_text(value: float, digits: int = 3) -> str:
+    """So many significant digits, whole numbers from 1000 up with thin spaces."""
     if not math.isfinite(value):
         return "not finite"
     size = abs(value)
@@ -263,9 +271,13 @@ def number_text(value: float) -> str:
     if size >= 1000.0 and size < 1e7:
         return f"{value:,.0f}".replace(",", "\u202f")
     if size < 1e-4 or size >= 1e7:
-        mantissa, exponent = f"{value:.1e}".split("e")
+        mantissa, exponent = f"{value:.{digits - 2}e}".split("e")
         return f"{mantissa}·10{_raised(int(exponent))}"
-    return f"{value:.3g}"
+    return f"{value:.{digits}g}"
+
+
+def _alike(value: float, limit: float, digits: int) -> bool:
+    return number_text(value, digits) == number_text(limit, digits)
 
 
 def join_unit(number: str, unit: str) -> str:
