@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -60,7 +61,8 @@ def test_what_it_says_about_a_texture_makes_a_scene(
     assert main(["goal", str(scene), "-o", str(tmp_path / "ball.png"), "--size", "256"]) == 0
     told = capsys.readouterr().out
     assert "ball.png and " in told
-    assert " texels; read back, it differs from the goal's points by 0.000" in told
+    off = re.search(r"from the goal's points by (.*) mm at most, and by .* mm on its faces", told)
+    assert off is not None
     assert "Its greatest number stands for 0.0" in told
     snippet = told[told.index("  [prop.goal]") :]
     text = SCENE[: SCENE.index("[prop.goal]")] + snippet
@@ -69,7 +71,8 @@ def test_what_it_says_about_a_texture_makes_a_scene(
     written = goals(load_scene(scene))["ball"]
     distance, row = cKDTree(came.prop_points).query(written.prop_points)
     assert distance.max() < 1e-7
-    np.testing.assert_allclose(came.virtual_points[row], written.virtual_points, atol=1e-6)
+    apart = np.linalg.norm(came.virtual_points[row] - written.virtual_points, axis=1)
+    assert 1e3 * apart.max() == pytest.approx(float(off[1]), rel=0.2)
 
 
 def test_a_texture_that_is_too_small_is_told(

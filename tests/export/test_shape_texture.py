@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial import cKDTree
+from scipy.spatial import Delaunay, cKDTree
 
 from touchwarp.errors import GoalError
-from touchwarp.export import paint_texture, write_goal, write_png
+from touchwarp.export import paint_texture, shape_texture, write_goal, write_png
 from touchwarp.export.atlas import _collapsed
 from touchwarp.export.shape_texture import BEYOND, ShapeTexture, _paint
 from touchwarp.goals import Goal, goals
@@ -142,6 +142,37 @@ def test_faces_with_no_area_have_a_place_too(
     assert paint_texture(needled).error > 1e-3
 
 
+def with_a_crowd(goal: Goal) -> Goal:
+    """The same map with twenty points strewn over a spot of one face, 0.01 mm out of its plane."""
+    rng = np.random.default_rng(0)
+    corners = goal.faces[0]
+    places = np.r_[np.eye(3), rng.dirichlet([1, 1, 1], 20) * 0.02 + 0.98 / 3]
+    faces = Delaunay(places[:, :2]).simplices
+    one, two = (places[faces[:, i]] - places[faces[:, 0]] for i in (1, 2))
+    turned = one[:, 0] * two[:, 1] < one[:, 1] * two[:, 0]
+    faces[turned] = faces[turned][:, ::-1]
+    points, virtual = (places @ v[corners] for v in (goal.prop_points, goal.virtual_points))
+    virtual[3:] += rng.normal(scale=1e-5, size=(20, 3))
+    rows = np.r_[corners, len(goal.prop_points) + np.arange(20)]
+    return Goal(
+        np.concatenate([goal.prop_points, points[3:]]),
+        np.concatenate([goal.virtual_points, virtual[3:]]),
+        np.concatenate([goal.faces[1:], rows[faces]]),
+    )
+
+
+def test_points_that_crowd_a_texel_do_not_throw_it_off_between_them(
+    goal: Goal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    crowded = with_a_crowd(goal)
+    texture = paint_texture(crowded, 256)
+    assert texture.error < 4e-5
+    assert texture.error_between < 8e-5
+    # exact at each point as far as single texels can be
+    monkeypatch.setattr(shape_texture, "CROWDED", shape_texture.ALONE)
+    assert paint_texture(crowded, 256).error_between > 1e-3
+
+
 def test_a_needle_on_a_border_paints_no_greater_values_than_a_triangle_does() -> None:
     # a thousandth of a texel high: two texels beyond it its slope would have come to 2000
     needle = np.array([[10.0, 10.0], [20.0, 10.0], [15.0, 9.999]])
@@ -164,6 +195,16 @@ def test_a_face_whose_corners_share_a_texel_is_known() -> None:
     assert not _collapsed(corners, places).any()
     places[3] = places[3, 0]
     assert _collapsed(corners, places).tolist() == [False, False, False, True]
+
+
+def test_a_face_that_is_laid_on_a_line_has_no_room() -> None:
+    """No texel is in it, and others are packed upon it."""
+    corners = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]] * 2, dtype=float)
+    places = 9.0 * corners[:, :, :2]
+    places[1, 2] = [4.0, 1e-3]
+    assert _collapsed(corners, places).tolist() == [False, True]
+    places[1, 2] = [4.0, 1e-2]
+    assert not _collapsed(corners, places).any()
 
 
 def test_a_size_can_be_asked_for(goal: Goal) -> None:

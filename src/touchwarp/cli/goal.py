@@ -127,8 +127,11 @@ def _plain(value: Any) -> Any:
 
 def _texture_text(facts: dict[str, Any], output: Path) -> str:
     size = f"{facts['width']} × {facts['height']} texels"
-    lines = [f"The texture has {size}; read back, it differs from the goal's points by"]
-    lines[0] += f" {facts['texture_error'] * 1e3:.2g} mm at most."
+    points, faces = (1e3 * facts[key] for key in ("texture_error", "texture_error_between"))
+    lines = [
+        f"The texture has {size}; read back, it differs from the goal's points by {points:.2g} mm "
+        f"at most, and by {faces:.2g} mm on its faces."
+    ]
     if facts["texture_error"] > TELLING:
         lines.append("That is where points crowd one texel; a larger --size lessens it.")
     if "scale" in facts:

@@ -12,6 +12,9 @@ Int = NDArray[np.int64]
 
 # A face with less than this part of the usual texels for its size is placed beside another.
 LEAST_ROOM = 0.1
+# So is one that is thinner than this, in texels: a chart of such a face alone has no texel in it,
+# and packing sets others upon it.
+LEAST_HEIGHT = 1e-3
 # Texels between charts, so that no bilinear sample mixes two.
 PADDING = 4
 
@@ -56,13 +59,16 @@ def unwrap(points: Float, faces: Int, size: int) -> tuple[UvMesh, Int, tuple[int
 def _collapsed(corners: Float, places: Float) -> NDArray[np.bool_]:
     """(m,): which faces have next to no room for their size, as charts of one tiny face have.
 
-    All its corners then share a texel, which cannot hold what each of them is displaced by.
+    All its corners then share a texel, which cannot hold what each of them is displaced by; or it
+    lies on a line, with no texel in it.
     """
     around, room = (
         np.linalg.norm(at - np.roll(at, 1, axis=1), axis=2).sum(axis=1) for at in (corners, places)
     )
     usual = np.median(room[around > 0] / around[around > 0])
+    (x1, y1), (x2, y2) = (places[:, 1:] - places[:, :1]).transpose(1, 2, 0)
     shrunk: NDArray[np.bool_] = room < LEAST_ROOM * usual * around
+    shrunk |= np.abs(x1 * y2 - y1 * x2) < 0.5 * LEAST_HEIGHT * room
     return shrunk
 
 

@@ -12,7 +12,6 @@ from touchwarp.export.morph_target import write_atlas, write_morph_target
 from touchwarp.export.shape_texture import ShapeTexture, paint_texture
 from touchwarp.export.texture_image import write_exr, write_png
 from touchwarp.goals.goal import Goal
-from touchwarp.goals.texture import sample_texture
 from touchwarp.outputs import replacing
 
 GOAL_SUFFIXES = (".npz", ".glb", ".exr", ".png")
@@ -49,9 +48,10 @@ def write_goal(
         size: of a texture, in texels; by default as the goal's points need.
 
     Returns:
-        What there is to tell of a texture: `width`, `height`, `texture_error` (m, the greatest
-        difference from the goal at its points when it is read back), and for PNG `scale` and
-        `step` (m). Empty for the others.
+        What there is to tell of a texture: `width`, `height`, `texture_error` and
+        `texture_error_between` (m, the greatest difference from the goal when it is read back, at
+        the goal's points and on its faces), and for PNG `scale` and `step` (m). Empty for the
+        others.
 
     Raises:
         GoalError: the ending is another, or the goal is of a plane scene (.npz can hold it).
@@ -76,14 +76,19 @@ def write_goal(
 
 def _write_texture(path: Path, texture: ShapeTexture, name: str) -> dict[str, Any]:
     height, width, _ = texture.displacement.shape
-    facts = {"width": width, "height": height, "texture_error": texture.error}
+    facts = {
+        "width": width,
+        "height": height,
+        "texture_error": texture.error,
+        "texture_error_between": texture.error_between,
+    }
     if path.suffix.lower() == ".exr":
         write_exr(path, texture.displacement)
     else:
         facts["step"] = write_png(path, texture.displacement)
         facts["scale"] = facts["step"] * (2**15 - 1)
         # Each component is off by half a step at most.
-        facts["texture_error"] += 3**0.5 / 2 * facts["step"]
-    shown = sample_texture(texture.displacement.astype(np.float64), texture.atlas.uv)
-    write_atlas(path.with_suffix(".glb"), texture.atlas, shown, name)
+        for error in ("texture_error", "texture_error_between"):
+            facts[error] += 3**0.5 / 2 * facts["step"]
+    write_atlas(path.with_suffix(".glb"), texture.atlas, texture.at_vertices, name)
     return facts

@@ -20,7 +20,10 @@ Int = NDArray[np.int64]
 TEXELS_PER_POINT = 96
 LEAST_SIZE, MOST_SIZE = 256, 2048
 SIZE_LIMIT = 8192
-CROWDING = 1e-6
+# What keeps points that are within a texel of each other from moving it without bound.
+CROWDED, ALONE = 3e-2, 1e-6
+# Where a face is read to see how far it is off: in its middle and on its sides, barycentric.
+_ON_FACES = np.array([[1, 1, 1], [0, 1, 1], [1, 0, 1], [1, 1, 0]]) / [[3], [2], [2], [2]]
 # How far beyond its border, in texels, a triangle's displacement is carried on.
 BEYOND = 2.0
 
@@ -32,12 +35,16 @@ class ShapeTexture:
     Attributes:
         atlas: the goal's faces with texture coordinates, m, scene frame.
         displacement: (h, w, 3) float32 m, scene axes, the top row first.
+        at_vertices: (k, 3) m, scene axes: the goal's own displacement of the atlas's vertices.
         error: m: the greatest difference from the goal at its points, read back bilinearly.
+        error_between: m: the same on its faces, which are flat where a texture is bilinear.
     """
 
     atlas: UvMesh
     displacement: NDArray[np.float32]
+    at_vertices: Float
     error: float
+    error_between: float
 
 
 def paint_texture(goal: Goal, size: int | None = None) -> ShapeTexture:
@@ -69,8 +76,18 @@ def paint_texture(goal: Goal, size: int | None = None) -> ShapeTexture:
     _fill_far(image, depth)
     _fit(image, atlas.uv, displacement)
     single = image.astype(np.float32)
-    error = np.abs(sample_texture(single.astype(np.float64), atlas.uv) - displacement)
-    return ShapeTexture(atlas, single, float(np.linalg.norm(error, axis=1).max()))
+    error = _greatest_difference(single, atlas.uv, displacement)
+    between = 0.0
+    for place in _ON_FACES:
+        uv = np.einsum("k,fkc->fc", place, atlas.uv[atlas.faces])
+        wanted = np.einsum("k,fkc->fc", place, displacement[atlas.faces])
+        between = max(between, _greatest_difference(single, uv, wanted))
+    return ShapeTexture(atlas, single, displacement, error, between)
+
+
+def _greatest_difference(image: NDArray[np.float32], uv: Float, wanted: Float) -> float:
+    read = sample_texture(image.astype(np.float64), uv)
+    return float(np.linalg.norm(read - wanted, axis=1).max())
 
 
 @njit(cache=True)
@@ -129,12 +146,14 @@ def _fill_far(image: Float, depth: Float) -> None:
 def _fit(image: Float, uv: Float, values: Float) -> None:
     """Move texels by the least (in square mean) that makes bilinear samples at uv the values.
 
-    With S the sampling and r what is missing, the least change is Sᵀ(S Sᵀ + εI)⁻¹ r. S Sᵀ joins
-    only points within a texel of each other; ε keeps points that crowd one texel from raising it
-    without bound.
+    With S the sampling and r what is missing, the least change is Sᵀ(S Sᵀ + ε)⁻¹ r. S Sᵀ joins
+    only points within a texel of each other. Of those that crowd one no values of texels are right
+    for all, as the texture bends where faces meet: exact at each, it would be off by millimetres
+    between them.
     """
-    from scipy.sparse import csr_matrix, identity
+    from scipy.sparse import csr_matrix, diags
     from scipy.sparse.linalg import splu
+    from scipy.spatial import KDTree
 
     rows, columns, weights = texel_weights(image.shape[:2], uv)
     texel, index = np.unique(rows * image.shape[1] + columns, return_inverse=True)
@@ -142,7 +161,9 @@ def _fit(image: Float, uv: Float, values: Float) -> None:
         (weights.ravel(), (np.repeat(np.arange(len(uv)), 4), index.ravel())),
         shape=(len(uv), len(texel)),
     )
+    places = uv * [image.shape[1], image.shape[0]]
+    crowded = KDTree(places).query(places, k=2)[0][:, 1] < 1.0
     flat = image.reshape(-1, 3)
-    solver = splu((sampling @ sampling.T + CROWDING * identity(len(uv))).tocsc())
+    solver = splu((sampling @ sampling.T + diags(np.where(crowded, CROWDED, ALONE))).tocsc())
     for _ in range(3):  # each pass takes away most of what ε left
         flat[texel] += sampling.T @ solver.solve(values - sampling @ flat[texel])
