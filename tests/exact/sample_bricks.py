@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.warp.bricks import CELLS, NODES, Bricks
-from touchwarp.warp.quantise import round_for_continuity
+from touchwarp.warp.quantise import Conformer
 from touchwarp.warp.topology import placement
 
 Float = NDArray[np.float64]
@@ -88,12 +88,6 @@ def sample_bricks(
         exact = exact @ T_scene_table[:3, :3]
     values = exact.astype(np.float32)
     if conforming:
-        values, _ = round_for_continuity(
-            root,
-            children,
-            slot,
-            exact,
-            mirrored=mirror_depth is not None,
-            zero_outside=zero_outside,
-        )
+        conformer = Conformer(root, children, slot, mirror_depth is not None)
+        values, _ = conformer.round(exact.copy(), zero_outside)
     return Bricks(T_scene_table, width / CELLS, root, children, slot, values, mirror_depth)

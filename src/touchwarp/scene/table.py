@@ -61,10 +61,10 @@ class Table:
             raise SceneError(f"{self.path(key)} is {spell(value)}; a text is needed.")
         return value
 
-    def flag(self, key: str, default: Any = _MISSING) -> Any:
+    def flag(self, key: str) -> bool:
         """true or false."""
-        value = self.raw(key, default)
-        if key in self.entries and not isinstance(value, bool):
+        value = self.raw(key)
+        if not isinstance(value, bool):
             raise SceneError(f"{self.path(key)} is {spell(value)}; true or false is needed.")
         return value
 

@@ -29,10 +29,6 @@ class Curves:
     segments: NDArray[np.int64]
     displacement: NDArray[np.float64]
 
-    def with_displacement(self, displacement: NDArray[np.float64]) -> Curves:
-        """The same curves with other data (n, 2) m."""
-        return Curves(self.points, self.segments, displacement)
-
 
 @dataclass(frozen=True, eq=False)
 class PlaneCuts:

@@ -52,7 +52,11 @@ def _round(values, step):
 
 
 class Conformer:
-    """Makes values agree on one tree of bricks, again and again; see `round_for_continuity`.
+    """Makes values agree on one tree of bricks, again and again.
+
+    Args:
+        root, child, slot: the index, as in `Bricks`.
+        mirrored: the plane z = 0 of the table frame is a sliding plane, not the outer boundary.
 
     Raises:
         ValueError: the indices form no tree.
@@ -82,7 +86,16 @@ class Conformer:
     def round(
         self, values: NDArray[np.float64], zero_outside: bool = True
     ) -> tuple[NDArray[np.float32], Rounding]:
-        """As `round_for_continuity`; `values`, in C order, is working space and is changed."""
+        """Values to store: equal wherever bricks share a node, trilinear where nodes hang.
+
+        Args:
+            values: (v, 9, 9, 9, C), in C order; working space, changed.
+            zero_outside: set u = 0 exactly on the outer border of the root bricks (the identity on
+                ∂Ω1), and where `mirrored` the normal channels on the plane.
+
+        Returns:
+            (v, 9, 9, 9, C) float32 values and what was done to them.
+        """
         channels = values.shape[-1]
         flat = values.reshape(self._count, _NODES3, channels, copy=False)
         if zero_outside and self._mirrored:
@@ -138,31 +151,3 @@ class Conformer:
 def normal_channels(channels: int) -> slice:
     """Which channels are normal to a sliding plane: u_z, or the second half of the basis lanes."""
     return slice(2, 3) if channels == 3 else slice(channels // 2, None)
-
-
-def round_for_continuity(
-    root: NDArray[np.int32],
-    child: NDArray[np.int32],
-    slot: NDArray[np.int32],
-    values: NDArray[np.float64],
-    *,
-    mirrored: bool = False,
-    zero_outside: bool = True,
-) -> tuple[NDArray[np.float32], Rounding]:
-    """Values to store: rounded, equal wherever bricks share a node, trilinear where nodes hang.
-
-    Args:
-        root, child, slot: the index, as in `Bricks`.
-        values: (v, 9, 9, 9, C) float64; not changed.
-        mirrored: the plane z = 0 of the table frame is a sliding plane, not the outer boundary.
-        zero_outside: set u = 0 exactly on the outer border of the root bricks (the identity on
-            ∂Ω1), and where `mirrored` the normal channels on the plane.
-
-    Returns:
-        (v, 9, 9, 9, C) float32 values and what was done to them.
-
-    Raises:
-        ValueError: the indices form no tree.
-    """
-    working = np.array(values, dtype=np.float64, order="C")
-    return Conformer(root, child, slot, mirrored).round(working, zero_outside)
