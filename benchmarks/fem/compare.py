@@ -33,7 +33,10 @@ SCRIPTS = {"touchwarp": "ours.py", "NGSolve": "ngsolve_peer.py", "scikit-fem": "
 
 SETTINGS: dict[str, dict[str, list[dict[str, float]]]] = {
     "cube": {
-        "touchwarp": [{"tolerance-mm": t} for t in (1, 0.5, 0.2, 0.1)],
+        "touchwarp": [
+            {"tolerance-mm": t, "edge-radius-mm": r}
+            for t, r in ((2, 2), (1, 4), (1, 2), (0.5, 2), (0.1, 2))
+        ],
         "NGSolve": [
             {"edge-mm": 8, "grading": 0.5},
             {"edge-mm": 5, "grading": 0.4},

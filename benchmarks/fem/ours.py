@@ -1,6 +1,6 @@
 """touchwarp on one case, compiled code warm.
 
-.venv/bin/python ours.py CASE [--tolerance-mm 0.1]
+.venv/bin/python ours.py CASE [--tolerance-mm 0.1] [--edge-radius-mm 2]
 """
 
 from __future__ import annotations
@@ -11,14 +11,17 @@ from case import TABLE_NODES, Case, Stopwatch, run_package
 import touchwarp as tw
 
 
-def run(case: Case, watch: Stopwatch, tolerance_mm: float) -> tuple[np.ndarray, int]:
+def run(
+    case: Case, watch: Stopwatch, tolerance_mm: float, edge_radius_mm: float
+) -> tuple[np.ndarray, int]:
     shape = (TABLE_NODES,) * 3
     file = case.mesh.with_suffix(".toml")
     tw.solve(tw.load_scene(file), tolerance_mm=1.0).resample(shape)
     watch.restart()
     scene = tw.load_scene(file)
     watch.lap("mesh")
-    warp = tw.solve(scene, tolerance_mm=tolerance_mm)
+    wanted = scene.with_objective(tolerance_mm=tolerance_mm, edge_radius_mm=edge_radius_mm)
+    warp = tw.solve(wanted)
     watch.lap("solve")
     warp.resample(shape)
     watch.lap("table")
@@ -26,4 +29,4 @@ def run(case: Case, watch: Stopwatch, tolerance_mm: float) -> tuple[np.ndarray, 
 
 
 if __name__ == "__main__":
-    run_package("touchwarp", run, tolerance_mm=0.1)
+    run_package("touchwarp", run, tolerance_mm=0.1, edge_radius_mm=2.0)

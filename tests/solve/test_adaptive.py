@@ -5,6 +5,7 @@ import pytest
 
 import touchwarp as tw
 from touchwarp.scene import shapes
+from touchwarp.solve.marking import BEYOND
 from touchwarp.warp.solver import IN_METRES, WarpSolver
 
 TOLERANCE_MM = 0.2
@@ -109,3 +110,19 @@ def test_cells_of_the_least_size_at_edges_are_refined_away_from_them(prepared, p
     solver, _ = prepared
     points = solver.problem.frame.to_grid(1e-3 * np.array([place_mm]))
     assert solver.demand(points, np.array([solver.marker.deepest])) == finer
+
+
+@pytest.mark.parametrize(("count", "more"), [(1, True), (5000, False)])
+def test_levels_beyond_the_last_are_made_where_they_are_small(prepared, count, more):
+    solver, data = prepared
+    marker, finest = solver.marker, solver.multigrid.stages[-1]
+    depth = finest.level.depth
+    marker.deepest, marker.limit = depth - BEYOND, depth + 1
+    cells = finest.level.bricks[finest.level.has_cells] * 8.0 + 2.0
+    points = np.resize(cells, (count, 3)) / 2.0**depth
+    marker.demand(points, np.full(count, depth))
+    given = finest, solver.regions[-1], data, NO_LANES, IN_METRES
+    marked, _ = marker.marks(*given, solver.tube, solver.nodes)
+    assert marked.any() == more
+    assert (marker.limit > depth) == more
+    assert marker.capped or more

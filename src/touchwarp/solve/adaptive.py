@@ -14,7 +14,7 @@ from touchwarp.solve.estimate import discretisation_error
 from touchwarp.solve.ghosts import extended_inwards
 from touchwarp.solve.interface import hanging_values
 from touchwarp.solve.level import LOCAL, OFFSETS
-from touchwarp.solve.marking import BEYOND, SAFETY, Marker
+from touchwarp.solve.marking import SAFETY, Marker
 from touchwarp.solve.memory import check_memory
 from touchwarp.solve.multigrid import SWEEPS, Lanes, Multigrid, Stage
 from touchwarp.solve.problem import Problem
@@ -172,12 +172,11 @@ class AdaptiveSolver:
     def demand(self, points: NDArray[np.float64], depths: NDArray[np.int64]) -> bool:
         """Make the next `build` refine cells of levels `depths` (k,) at root-grid points (k, 3).
 
-        Levels finer than the least cell size at edges are left, outside the tube those that are
-        finer by `BEYOND`. Whether any other is asked for, and such cells are more than a few beside
-        those that are left: the tolerance is missed there.
+        Cells at the marker's limits are left. Whether any other is asked for, and such cells are
+        more than a few beside those that are left: the tolerance is missed there.
         """
         in_tube = self.tube.contains(self.problem.frame.to_scene(points))
-        can = depths < self.marker.deepest + np.where(in_tube, 0, BEYOND)
+        can = depths < np.where(in_tube, self.marker.deepest, self.marker.limit)
         self.marker.capped |= not can.all()
         if np.count_nonzero(can) <= FEW * np.count_nonzero(~can):
             return False
@@ -347,7 +346,7 @@ class AdaptiveSolver:
         stage = self.multigrid.stages[-1]
         tube = self.tube if stage.level.depth >= depth_at_edges else None
         marked, strong = self.marker.marks(
-            stage, self.regions[-1], data, self.multigrid.floor_zero, lane_scale, tube
+            stage, self.regions[-1], data, self.multigrid.floor_zero, lane_scale, tube, self.nodes
         )
         return octant_coordinates(stage, marked), octant_coordinates(stage, strong)
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.solve.ghosts import extended_inwards
+from touchwarp.solve.memory import NODES_PER_BRICK
 from touchwarp.solve.multigrid import Stage
 from touchwarp.solve.problem import Problem
 from touchwarp.solve.refine import greatest_of_octants, indicate, octant_of
@@ -36,17 +37,30 @@ BESIDE = 1e-3 * np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3, indexing="ij"), axis=-1
 """Steps, in cells, into the cells that share a node."""
 
 BEYOND = 3
-"""Levels finer than the least cells near edges that smooth parts may have."""
+"""Levels finer than the least cells near edges that smooth parts may have, …"""
+
+FURTHER = 2
+"""… and how many more, where a goal is steeper than these resolve, …"""
+
+LEVEL_SHARE = 0.1
+"""… as long as each adds no more than this share of the nodes: where it jumps, none would do."""
 
 
 class Marker:
-    """The rule by which octants are marked, and what was asked for besides."""
+    """The rule by which octants are marked, and what was asked for besides.
+
+    Attributes:
+        deepest: in the tube, and for misfits, no level is finer.
+        limit: elsewhere no level is.
+        capped: whether a limit has kept an octant from being marked.
+    """
 
     def __init__(self, problem: Problem, tolerance: float, deepest: int) -> None:
-        """`tolerance` in m; misfits make no level finer than `deepest`."""
+        """`tolerance` in m."""
         self.problem = problem
         self.tolerance = tolerance
         self.deepest = deepest
+        self.limit = deepest + BEYOND + FURTHER
         self.capped = False
         self._points = np.empty((0, 3))
         self._depths = np.empty(0, np.int64)
@@ -64,6 +78,7 @@ class Marker:
         normal_lanes: NDArray[np.bool_],
         lane_scale: NDArray[np.float32],
         tube: Tube | None,
+        nodes: int,
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """(b, 8) octants to split, and those of them that will be split again.
 
@@ -72,26 +87,32 @@ class Marker:
             data, normal_lanes: boundary data (v, 4), and its lanes that vanish on the plane.
             lane_scale: (4,) weight of each lane, to metres.
             tube: where cells are not split on this level; None for nowhere.
+            nodes: of the grid so far.
         """
-        limit = SAFETY * self.tolerance
-        if stage.level.depth >= self.deepest + BEYOND:
+        limit, depth = SAFETY * self.tolerance, stage.level.depth
+        none = np.zeros((len(stage.level.bricks), 8), bool)
+        if depth >= self.limit:
             self.capped = True
-            none = np.zeros((len(stage.level.bricks), 8), bool)
             return none, none
         value = indicate(stage, region, lane_scale, normal_lanes)
         of_octant = greatest_of_octants(stage.level, value)
         marked, strong = of_octant > limit, of_octant > STRONG * limit
         if tube is not None and marked.any():
-            nodes = np.flatnonzero(value > limit)
-            where = stage.level.coordinates(nodes) / 2.0**stage.level.depth
-            nodes = nodes[~tube.contains(self.problem.frame.to_scene(where))]
-            outside = _octants(stage, stage.level.site[nodes])
+            over = np.flatnonzero(value > limit)
+            where = stage.level.coordinates(over) / 2.0**depth
+            over = over[~tube.contains(self.problem.frame.to_scene(where))]
+            outside = _octants(stage, stage.level.site[over])
             self.capped = self.capped or bool((marked & ~outside).any())
             marked = outside
-            strong = _octants(stage, stage.level.site[nodes[value[nodes] > STRONG * limit]])
+            strong = _octants(stage, stage.level.site[over[value[over] > STRONG * limit]])
         marked |= self._misfits(stage, region, data, normal_lanes, lane_scale, marked, tube)
         demanded = self._demanded(stage)
-        return marked | demanded, strong | demanded
+        marked, strong = marked | demanded, strong | demanded
+        added = NODES_PER_BRICK * int(marked.sum())
+        if depth >= self.deepest + BEYOND and added > LEVEL_SHARE * nodes:
+            self.limit, self.capped = depth, True
+            return none, none
+        return marked, strong
 
     def _misfits(
         self,

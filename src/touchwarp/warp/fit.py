@@ -132,9 +132,10 @@ def make_fit(
             np.where(masters[i] >= 0, coarser[masters[i]], -1).astype(np.int32) if i else masters[i]
         )
         coarser = number
-    gram = np.concatenate(
-        [_gram_of_cells(first, sample) for first, sample in zip(starts, samples, strict=True)]
-    )
+    ends = np.cumsum([len(first) - 1 for first in starts])
+    gram = np.zeros((int(ends[-1]), 8, 8), np.float32)
+    for own, first, sample in zip(np.split(gram, ends[:-1]), starts, samples, strict=True):
+        share(_add_gram, len(own), first, sample.place, sample.weight, own, work=64)
     is_behind = np.concatenate(behind)
     system = make_system(
         count,
@@ -190,15 +191,9 @@ def _shape(place, s, n):
         )
 
 
-def _gram_of_cells(start: NDArray[np.int64], sample: Samples) -> NDArray[np.float32]:
-    """(c, 8, 8) Σ w N Nᵀ over each cell's samples."""
-    gram = np.zeros((len(start) - 1, 8, 8), np.float32)
-    share(_add_gram, len(gram), start, sample.place, sample.weight, gram, work=64)
-    return gram
-
-
 @njit(cache=True, nogil=True)
 def _add_gram(first, last, start, place, weight, gram):
+    """Add Σ w N Nᵀ over the samples of cells first..last to their matrices."""
     n = np.empty(8)
     for c in range(first, last):
         for s in range(start[c], start[c + 1]):

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.solve.ghosts import extended_inwards
+from touchwarp.solve.memory import give_back
 from touchwarp.solve.multigrid import Lanes
 from touchwarp.solve.problem import Problem
 from touchwarp.solve.samples import (
@@ -110,6 +111,7 @@ class TableMaker:
     def bricks(self, fields: list[list[Lanes]], lanes: int) -> Bricks:
         """The table of fields' node values (n, 4), of each as many lanes; they are rounded in
         place."""
+        give_back()
         round_and_hang(self.grid, fields)
         depth = self.problem.mirror_depth
         return bricks_of(self.problem.frame, self.grid, fields, lanes, depth)
