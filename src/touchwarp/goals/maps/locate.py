@@ -91,6 +91,7 @@ def _locate(points, start, corners, neighbours, jumps, flat):
     weights = np.empty((q, 3))
     place = np.empty((q, 3))
     most = 4 * len(corners)
+    best, side = np.empty(3), np.empty(3)
     for i in range(q):
         x, y, z = points[i]
         face = start[i]
@@ -98,9 +99,7 @@ def _locate(points, start, corners, neighbours, jumps, flat):
             x += np.rint(corners[face, 0, 0] - x)
             y += np.rint(corners[face, 0, 1] - y)
         came = -1
-        best = np.empty(3)
         for turn in range(most):
-            side = np.empty(3)
             for k in range(3):
                 a, b = corners[face, (k + 1) % 3], corners[face, (k + 2) % 3]
                 side[k] = (
