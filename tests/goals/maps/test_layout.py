@@ -11,7 +11,7 @@ from touchwarp.goals.maps.closed_mesh import closed_mesh
 from touchwarp.goals.maps.embed import embed
 from touchwarp.goals.maps.layout import Layout, area_and_gradient, frames_at, moved_along
 from touchwarp.goals.maps.layout_cache import LAYOUTS, load_layout
-from touchwarp.goals.maps.locate import Locator
+from touchwarp.goals.maps.locate import Locator, value_and_slopes
 from touchwarp.goals.maps.parameterise import lay_out, work_mesh
 from touchwarp.goals.maps.rings import build_rings
 from touchwarp.goals.maps.settle import star_area
@@ -60,23 +60,28 @@ def test_points_of_the_mesh_are_found_where_they_are(layout: Layout) -> None:
     assert locator.weights[found == face] == pytest.approx(weights[found == face], abs=1e-6)
 
 
-def test_derivatives_are_those_of_small_moves(layout: Layout) -> None:
+def test_slopes_are_those_of_small_moves(layout: Layout) -> None:
     locator = Locator(layout)
     points = layout.corners[:200].mean(axis=1)
     if not layout.flat:
         points /= np.linalg.norm(points, axis=1, keepdims=True)
     frames = frames_at(points, layout.flat)
-    fields = layout.mesh.vertices
-    start = locator.find(points)
-    jacobian = locator.jacobian(fields, frames)
+    mesh, start = layout.mesh, locator.find(points)
+    virtual = (layout.corners, mesh.neighbours, layout.jumps, mesh.faces, mesh.vertices)
+    values, slopes = np.empty((len(points), 3)), np.empty((len(points), 3, 2))
+    for i, point in enumerate(points):
+        frame = tuple(frames[i].T.ravel())
+        value_and_slopes(point, start[i], virtual, frame, values[i], slopes[i], layout.flat)
+    assert values == pytest.approx(locator.values(mesh.vertices), abs=1e-12)
     for axis in range(2):
         ends = []
         for sign in (1, -1):
             move = np.zeros((len(points), 2))
             move[:, axis] = sign * 1e-6
             locator.find(moved_along(points, frames, move, layout.flat), start)
-            ends.append(locator.values(fields))
-        assert jacobian[:, :, axis] == pytest.approx((ends[0] - ends[1]) / 2e-6, abs=1e-6)
+            ends.append(locator.values(mesh.vertices))
+        assert slopes[:, :, axis] == pytest.approx((ends[0] - ends[1]) / 2e-6, abs=1e-6)
+        assert slopes[:, :, 1 - axis] != pytest.approx((ends[0] - ends[1]) / 2e-6, abs=1e-6)
 
 
 @pytest.mark.parametrize("flat", [True, False])
