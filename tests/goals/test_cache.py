@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +74,17 @@ def test_nothing_is_kept_where_the_cache_is_off_or_closed(
     KEPT.keep("one", numbers=NUMBERS)
     assert KEPT.folder is None
     assert KEPT.load("one") is None
+
+
+def test_a_key_counts_all_rooms_that_calculate_a_goal() -> None:
+    package = Path(cache.__file__).parent.parent
+    sources = [path for room in cache.ROOMS for path in (package / room).rglob("*.py")]
+    used = {
+        room
+        for path in sources
+        for room in re.findall(r"^\s*from touchwarp\.(\w+)", path.read_text("utf-8"), re.MULTILINE)
+    }
+    assert used - {"errors", "outputs"} == set(cache.ROOMS)
 
 
 def test_a_key_tells_contents_apart(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,7 +22,9 @@ from touchwarp.outputs import replacing
 FOLDER_VARIABLE = "TOUCHWARP_CACHE"
 """Names another folder; empty: nothing is kept."""
 CALCULATING = ("libigl", "numba", "numpy", "scipy")
-"""The libraries on which the last bits of what is kept depend."""
+"""The libraries on which the last bits of what is kept depend, …"""
+ROOMS = ("scene", "goals")
+"""… and the rooms."""
 SUFFIX = ".arrays"
 
 _DIGEST_BYTES = hashlib.sha256().digest_size
@@ -112,7 +114,8 @@ def content_key(*parts: str | NDArray[Any]) -> str:
 def _code() -> str:
     """What tells apart all that may change a goal by so much as a bit, but for the machine."""
     digest = hashlib.sha256()
-    for source in sorted(Path(__file__).parent.rglob("*.py")):
-        digest.update(source.read_bytes())
+    for room in ROOMS:
+        for source in sorted((Path(__file__).parent.parent / room).rglob("*.py")):
+            digest.update(source.read_bytes())
     versions = [f"{library} {version(library)}" for library in CALCULATING]
     return " ".join([digest.hexdigest(), *versions])
