@@ -102,11 +102,11 @@ def curvature_measures(vertices: Float, faces: Int) -> CurvatureMeasures:
     )
     gaussian = np.where(on_rim, 0.0, 2.0 * math.pi - angles)
     used = np.flatnonzero(mass > 0)
-    row = np.full(len(places) + 1, -1)
+    row = np.full(len(places), -1)
     row[used] = np.arange(len(used))
     ends = row[side[order[starts[:-1]]]]
-    ends, weight = ends[(ends >= 0).all(axis=1)], weight[(ends >= 0).all(axis=1)]
-    i, j = ends.T
+    whole = (ends >= 0).all(axis=1)
+    (i, j), weight = ends[whole].T, weight[whole]
     entries = np.concatenate([-weight, -weight, weight, weight])
     at = np.concatenate([i, j, i, j]), np.concatenate([j, i, i, j])
     return CurvatureMeasures(
