@@ -23,6 +23,7 @@ from touchwarp.scene import MatchGoal, Prop, Surface, read_mesh
 from touchwarp.scene.shapes import fillet_box
 from touchwarp.scene.vessels import mug, tea_cup
 
+AREA_WEIGHT = 0.5
 WEIGHTS = (0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
 SIZE = [0.1, 0.1, 0.1]
 
@@ -50,7 +51,9 @@ def main() -> None:
         prop, virtual = shapes(name, options.data)
         rows, curve = [], []
         for weight in options.weights:
-            spec = MatchGoal(virtual, curvature_weight=weight, tolerance_mm=0.1)
+            spec = MatchGoal(
+                virtual, area_weight=AREA_WEIGHT, curvature_weight=weight, tolerance_mm=0.1
+            )
             told = match_goal(Prop("prop", prop), spec).report
             curve.append((told["displacement_mean"] * 1e3, told["curvature_mean"]))
             rows.append(

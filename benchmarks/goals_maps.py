@@ -1,6 +1,6 @@
 """`match` and `area_preserving` between shapes and scans: flips, coverage, areas, time.
 
-    python benchmarks/goals_maps.py --data DIR [--only NAME ...] [--json FILE]
+    python benchmarks/goals_maps.py --data DIR [--only NAME ...] [--area-weight W] [--json FILE]
 
 The virtual object is aligned first, as `touchwarp align` does; dirty scans are repaired first, as
 `touchwarp repair` does. Times are this process's, with layouts computed anew and compiled code warm
@@ -90,10 +90,10 @@ def aligned(name: str, prop: Surface, virtual: Surface) -> Surface:
     return virtual.transformed(place(prop, virtual).T_prop_virtual)
 
 
-def goal_of(kind: str, prop: Surface, virtual: Surface) -> Goal:
-    """The map of one kind between two surfaces."""
+def goal_of(kind: str, prop: Surface, virtual: Surface, **weights: float) -> Goal:
+    """The map of one kind between two surfaces, by `match` with weights other than its own."""
     if kind == "match":
-        return match_goal(Prop("prop", prop), MatchGoal(virtual))
+        return match_goal(Prop("prop", prop), MatchGoal(virtual, **weights))
     return area_preserving_goal(Prop("prop", prop), AreaPreservingGoal(virtual))
 
 
@@ -119,8 +119,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--only", nargs="*")
+    parser.add_argument("--area-weight", type=float)
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
+    weights = {} if options.area_weight is None else {"area_weight": options.area_weight}
     os.environ["TOUCHWARP_CACHE"] = ""
     figures: list[Figure] = []
     failed: list[tuple[str, str]] = []
@@ -133,7 +135,7 @@ def main() -> None:
             moved = {}
             for kind in ("area_preserving", "match")[: 1 if name in TO_DOMAINS else 2]:
                 start = time.process_time()
-                goal = goal_of(kind, prop, virtual)
+                goal = goal_of(kind, prop, virtual, **weights)
                 seconds = time.process_time() - start
                 rows = judged(name, kind, goal)
                 rows.append(Figure(f"{name}, {kind}: processor time", seconds, "s"))

@@ -13,6 +13,7 @@ opposing normals and spread of areas.
 from __future__ import annotations
 
 import importlib.util
+import os
 import time
 from collections.abc import Callable
 
@@ -69,6 +70,7 @@ def functional_map(prop: Surface, virtual: Surface) -> Float:
 
 
 def main() -> None:
+    os.environ["TOUCHWARP_CACHE"] = ""
     prop, virtual = (remesh(s, edge_length_for(s, FACES)) for s in (mug(), tea_cup()))
     rivals: dict[str, Callable[[Surface, Surface], Float]] = {
         "closest point": closest_point,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -18,8 +19,15 @@ def shared_data() -> Path:
     return SHARED
 
 
-def pytest_configure() -> None:
-    """Ctrl-C is heard even where the tests run in the background, whose shell has turned it off."""
+def pytest_configure(config: pytest.Config) -> None:
+    """One cache for all processes of a run, of which the user's knows nothing.
+
+    Ctrl-C is heard even where the tests run in the background, whose shell has turned it off.
+    """
+    if not hasattr(config, "workerinput"):
+        cache = tempfile.TemporaryDirectory(prefix="touchwarp-cache-")
+        config.add_cleanup(cache.cleanup)
+        os.environ["TOUCHWARP_CACHE"] = cache.name
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -95,6 +95,18 @@ def test_seen_from_inside_a_ball_is_hollow() -> None:
     assert (inward.gaussian > 350).all()
 
 
+def test_a_plane_wound_to_and_fro_is_flat_within() -> None:
+    surface = refine(box([0.1, 0.1, 0.02]), 2e-3)
+    x, y, z = surface.vertices.T
+    top = surface.faces[(z[surface.faces] > 0.0099).all(axis=1)]
+    top[::3] = top[::3, ::-1]
+    found = fingertip_curvature(surface.vertices, top)
+    assert np.abs(found.mean).max() < 1e-6
+    assert np.abs(found.gaussian).max() < 1e-6
+    raised = surface.vertices + np.stack([0 * x, 0 * y, 0.1 * np.abs(x)], axis=1)
+    assert np.abs(fingertip_curvature(raised, top).mean).max() > 1
+
+
 def test_a_thin_wall_s_other_side_is_out_of_reach() -> None:
     """Two balls, one in the other with 1 mm between: neither is aware of the other."""
     outer, inner = sphere(0.05, 0.02), sphere(0.049, 0.02)

@@ -48,6 +48,13 @@ def test_nearest_points_and_their_weights() -> None:
     assert np.einsum("nk,nkj->nj", tree.weights(near), corners) == pytest.approx(near.points)
 
 
+def test_places_of_the_surface_come_back_to_the_bit() -> None:
+    surface = sphere(0.05, 1.0)
+    near = SurfaceTree(surface.vertices, surface.faces).nearest(surface.vertices)
+    assert np.array_equal(near.points, surface.vertices)
+    assert not near.distance.any()
+
+
 def test_segments_and_no_points() -> None:
     tree = SurfaceTree(np.eye(3), np.array([[0, 1], [1, 2]]))
     assert tree.nearest(np.zeros((1, 3))).distance == pytest.approx([np.sqrt(0.5)])

@@ -34,6 +34,16 @@ def test_their_product_is_the_ratio_of_areas() -> None:
     assert found == pytest.approx(image / face_areas(POINTS, FACES), rel=1e-9)
 
 
+@pytest.mark.parametrize("least", [1.0, 1e-6])
+def test_the_lesser_stretch_keeps_its_digits_beside_a_far_greater_one(least: float) -> None:
+    maps = TURN[None, :, :2] * [1e3, least] @ np.array([[0.6, -0.8], [0.8, 0.6]])
+    found = stretches(maps)[0]
+    assert found == pytest.approx([1e3, least], rel=1e-6)
+    # the twin: the roots of the Gram matrix lose the lesser one
+    roots = np.sqrt(np.abs(np.linalg.eigvalsh(maps[0].T @ maps[0])))
+    assert (roots[0] == pytest.approx(least, rel=1e-6)) == (least == 1.0)
+
+
 def test_energies_of_linear_maps() -> None:
     given = goal(A)
     forward, backward = displacement_gradients(given, tangent_maps(given))

@@ -11,14 +11,18 @@ spreads along the surface. It is exactly 1/R on a sphere and 1/(2R) on a cylinde
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix, csr_matrix, diags
+from scipy.sparse import coo_matrix, csc_matrix, diags
 from scipy.sparse.linalg import splu
 
-from touchwarp.goals.surface_samples import SharpEdges, face_areas, face_normals, find_sharp_edges
+from touchwarp.goals.refinement import normal_of, squared_length
+from touchwarp.goals.surface_samples import face_areas
+from touchwarp.scene.weld import distinct_places
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
@@ -39,6 +43,36 @@ class Curvature(NamedTuple):
     gaussian: Float
 
 
+@dataclass(frozen=True, eq=False)
+class CurvatureMeasures:
+    """What is spread over a fingertip, of any radius: integrals of curvature around vertices.
+
+    Attributes:
+        same: (n,) for each vertex, the row below of its place; −1 where no face is.
+        mass: (k,) m²: M, a third of the faces around each place.
+        measures: (k, 2) m and rad: the integrals of mean and of Gaussian curvature.
+        stiffness: (k, k) the cotangent Laplacian L, positive semidefinite; needles are blunted.
+    """
+
+    same: Int
+    mass: Float
+    measures: Float
+    stiffness: csc_matrix
+
+    def over(self, radius: float) -> Curvature:
+        """Curvature at the n vertices over a fingertip of a radius, m; 0 where no face is."""
+        A = diags(self.mass, format="csc") + radius**2 / 8.0 * self.stiffness
+        # symmetric and positive definite: no pivoting is needed, which keeps the factors sparse
+        factors = splu(
+            A,
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+        spread = np.concatenate([factors.solve(self.measures), np.zeros((1, 2))])[self.same]
+        return Curvature(spread[:, 0], spread[:, 1])
+
+
 def fingertip_curvature(vertices: Float, faces: Int, radius: float = FINGERTIP_RADIUS) -> Curvature:
     """Curvature at the vertices of a surface whose edges are shorter than the fingertip.
 
@@ -50,30 +84,37 @@ def fingertip_curvature(vertices: Float, faces: Int, radius: float = FINGERTIP_R
         faces: (m, 3), wound so that normals look outward.
         radius: m, of the fingertip.
     """
-    n = len(vertices)
-    _, first, same = np.unique(vertices, axis=0, return_index=True, return_inverse=True)
-    one = first[same.reshape(-1)]
-    merged = one[faces]
+    return curvature_measures(vertices, faces).over(radius)
+
+
+def curvature_measures(vertices: Float, faces: Int) -> CurvatureMeasures:
+    """The integrals of a surface's curvature around its vertices; see `fingertip_curvature`."""
+    first, same = distinct_places(vertices)
+    places, merged = vertices[first], same[faces]
     merged = merged[(merged != np.roll(merged, 1, axis=1)).all(axis=1)]
-    mass = vertex_areas(vertices, merged)
+    mass, angles, normals, cotangents = _measure_faces(places, merged)
+    side = np.concatenate([merged[:, [0, 1]], merged[:, [1, 2]], merged[:, [2, 0]]])
+    key = side.min(axis=1) * len(places) + side.max(axis=1)
+    order = np.argsort(key, kind="stable")
+    starts = np.flatnonzero(np.r_[True, np.diff(key[order]) != 0, True])
+    mean, on_rim, weight = _measure_edges(
+        places, merged, normals, cotangents.T.reshape(-1), order, starts
+    )
+    gaussian = np.where(on_rim, 0.0, 2.0 * math.pi - angles)
     used = np.flatnonzero(mass > 0)
-    edges = find_sharp_edges(vertices, merged, turn_deg=0.0)
-    measures = np.stack(
-        [_mean_measure(vertices, merged, edges), _angle_defects(vertices, merged, edges)], axis=1
+    row = np.full(len(places), -1)
+    row[used] = np.arange(len(used))
+    ends = row[side[order[starts[:-1]]]]
+    whole = (ends >= 0).all(axis=1)
+    (i, j), weight = ends[whole].T, weight[whole]
+    entries = np.concatenate([-weight, -weight, weight, weight])
+    at = np.concatenate([i, j, i, j]), np.concatenate([j, i, i, j])
+    return CurvatureMeasures(
+        row[same],
+        mass[used],
+        np.stack([mean, gaussian], axis=1)[used],
+        coo_matrix((entries, at), shape=(len(used), len(used))).tocsc(),
     )
-    L = _stiffness(vertices, merged)
-    step = radius**2 / 8.0
-    A = (diags(mass) + step * L).tocsr()[used][:, used]
-    # symmetric and positive definite: no pivoting is needed, which keeps the factors sparse
-    factors = splu(
-        A.tocsc(),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    spread = np.zeros((n, 2))
-    spread[used] = factors.solve(measures[used])
-    return Curvature(spread[one, 0], spread[one, 1])
 
 
 def vertex_areas(vertices: Float, faces: Int) -> Float:
@@ -82,52 +123,86 @@ def vertex_areas(vertices: Float, faces: Int) -> Float:
     return np.asarray(np.bincount(faces.reshape(-1), third, len(vertices)), np.float64)
 
 
-def _mean_measure(vertices: Float, faces: Int, edges: SharpEdges) -> Float:
-    """(n,) m: the integral of mean curvature around each vertex, half of each edge's θℓ/2."""
-    inner = ~edges.rim
-    ends, pair = edges.ends[inner], edges.faces[inner]
-    normals = face_normals(vertices, faces)
-    middle = vertices[faces].mean(axis=1)
-    opening = np.einsum(
-        "ij,ij->i",
-        normals[pair[:, 1]] - normals[pair[:, 0]],
-        middle[pair[:, 1]] - middle[pair[:, 0]],
-    )
-    measure = 0.25 * np.where(opening >= 0, 1.0, -1.0) * edges.turn[inner] * edges.length[inner]
-    twice = np.repeat(measure, 2)
-    return np.asarray(np.bincount(ends.reshape(-1), twice, len(vertices)), np.float64)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _measure_faces(vertices, faces):
+    """What faces give to their vertices and edges.
+
+    Returns:
+        (n,) m²: a third of the area around each vertex; (n,) rad: the sum of angles there; (m, 3)
+        unit normals, 0 where a face has no area; (m, 3) half the cotangent across from side k.
+    """
+    mass, angles = np.zeros(len(vertices)), np.zeros(len(vertices))
+    normals, cotangents = np.zeros((len(faces), 3)), np.empty((len(faces), 3))
+    for f in range(len(faces)):
+        a, b, c = faces[f]
+        nx, ny, nz = normal_of(vertices, a, b, c)
+        across = math.sqrt(nx * nx + ny * ny + nz * nz)
+        if across > 0:
+            normals[f, 0], normals[f, 1], normals[f, 2] = nx / across, ny / across, nz / across
+        around = 0.0
+        for k in range(3):
+            around += squared_length(vertices, faces[f, k], faces[f, (k + 1) % 3])
+        # one floor for a face's three cotangents: the sum of its entries stays semidefinite
+        blunted = max(across, 1e-3 * around)
+        for k in range(3):
+            corner, left, right = faces[f, k], faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
+            along = 0.0
+            for d in range(3):
+                along += (vertices[left, d] - vertices[corner, d]) * (
+                    vertices[right, d] - vertices[corner, d]
+                )
+            mass[corner] += across / 6.0
+            angles[corner] += math.atan2(across, along)
+            cotangents[f, (k + 1) % 3] = 0.5 * along / blunted
+    return mass, angles, normals, cotangents
 
 
-def _angle_defects(vertices: Float, faces: Int, edges: SharpEdges) -> Float:
-    """(n,) rad: the integral of Gaussian curvature around each vertex; 0 on open rims."""
-    around = np.zeros(len(vertices))
-    for k in range(3):
-        corner, left, right = (vertices[faces[:, (k + j) % 3]] for j in range(3))
-        one, two = left - corner, right - corner
-        across = np.linalg.norm(np.cross(one, two), axis=1)
-        angle = np.arctan2(across, np.einsum("ij,ij->i", one, two))
-        around += np.bincount(faces[:, k], angle, minlength=len(vertices))
-    defect = np.where(around > 0, 2.0 * math.pi - around, 0.0)
-    defect[edges.ends[edges.rim].reshape(-1)] = 0.0
-    return defect
+@njit(cache=True, nogil=True, error_model="numpy")
+def _measure_edges(vertices, faces, normals, cotangents, order, starts):
+    """What edges give: the sides of faces, k m + f, ordered so that those of one edge follow.
+
+    Returns:
+        (n,) m: the integral of mean curvature around each vertex, half of each edge's θℓ/2; (n,)
+        which are on open rims; (e,) the sum of half cotangents across from each edge.
+    """
+    m = len(faces)
+    mean, on_rim = np.zeros(len(vertices)), np.zeros(len(vertices), np.bool_)
+    weight = np.zeros(len(starts) - 1)
+    for e in range(len(starts) - 1):
+        last, count, ends = -1, 0, (0, 0)
+        for s in order[starts[e] : starts[e + 1]]:
+            weight[e] += cotangents[s]
+            f, k = s % m, s // m
+            ends = faces[f, k], faces[f, (k + 1) % 3]
+            if normals[f, 0] == 0 and normals[f, 1] == 0 and normals[f, 2] == 0:
+                continue
+            if last >= 0:
+                turn = _signed_turn(vertices, faces, normals, last, s)
+                length = math.sqrt(squared_length(vertices, ends[0], ends[1]))
+                mean[ends[0]] += 0.25 * turn * length
+                mean[ends[1]] += 0.25 * turn * length
+            last = s
+            count += 1
+        if count == 1:
+            on_rim[ends[0]] = on_rim[ends[1]] = True
+    return mean, on_rim, weight
 
 
-def _stiffness(vertices: Float, faces: Int) -> csr_matrix:
-    """The cotangent Laplacian L (n, n), positive semidefinite; needles are blunted."""
-    rows, columns, values = [], [], []
-    corners = vertices[faces]
-    sides = corners - np.roll(corners, 1, axis=1)
-    # one floor for a face's three cotangents: the sum of its entries stays semidefinite
-    floor = 1e-3 * np.einsum("mij,mij->m", sides, sides)
-    across = np.maximum(2.0 * face_areas(vertices, faces), floor)
-    for k in range(3):
-        one = corners[:, (k + 1) % 3] - corners[:, k]
-        two = corners[:, (k + 2) % 3] - corners[:, k]
-        half = 0.5 * np.einsum("ij,ij->i", one, two) / across
-        i, j = faces[:, (k + 1) % 3], faces[:, (k + 2) % 3]
-        rows += [i, j, i, j]
-        columns += [j, i, i, j]
-        values += [-half, -half, half, half]
-    n = len(vertices)
-    ijs = np.concatenate(rows), np.concatenate(columns)
-    return coo_matrix((np.concatenate(values), ijs), shape=(n, n)).tocsr()
+@njit(cache=True, error_model="numpy")
+def _signed_turn(vertices, faces, normals, one, other):
+    """Rad between two faces at their common edge, positive where it is convex.
+
+    Neighbours that run along it the same way have opposite windings.
+    """
+    m = len(faces)
+    f, g = one % m, other % m
+    same_way = faces[f, one // m] == faces[g, other // m]
+    cosine = opening = 0.0
+    for d in range(3):
+        cosine += normals[f, d] * normals[g, d]
+        between = 0.0
+        for k in range(3):
+            between += vertices[faces[g, k], d] - vertices[faces[f, k], d]
+        opening += (normals[g, d] - normals[f, d]) * between
+    turn = math.acos(min(1.0, max(-1.0, -cosine if same_way else cosine)))
+    return turn if opening >= 0 else -turn

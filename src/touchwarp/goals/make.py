@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from touchwarp.errors import GoalError
 from touchwarp.goals.goal import Goal
+from touchwarp.goals.goal_cache import keep_goal, load_goal
 from touchwarp.scene.goal_spec import GoalSpec, ReadyGoal
 from touchwarp.scene.nearest import suggest
 from touchwarp.scene.scene import Prop, Scene
@@ -32,11 +33,15 @@ def _quick(module: str, name: str) -> Maker:
 
 
 def _long(module: str, name: str) -> Maker:
-    """The same for a maker that tells how far it is."""
+    """The same for a maker that tells how far it is, and whose goals are kept on disk."""
 
     def make(prop: Prop, spec: Any, progress: Progress | None) -> Goal:
+        kept = load_goal(prop, spec)
+        if kept is not None:
+            return kept
         maker = getattr(import_module(f"touchwarp.goals.{module}"), name)
         goal: Goal = maker(prop, spec, progress)
+        keep_goal(prop, spec, goal)
         return goal
 
     return make

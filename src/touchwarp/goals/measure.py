@@ -106,7 +106,7 @@ class MapMeasures:
             "stretch_greatest": weighted_quantile(greatest, weight, 0.99),
             "displacement_mean": float(size.mean()),
             "displacement_max": float(
-                np.linalg.norm(self.goal.displacement[np.unique(self.goal.faces)], axis=1).max()
+                np.linalg.norm(self.goal.displacement[_used(self.goal)], axis=1).max()
             ),
             "normal_mean": float(self.turn.mean()),
             "normal_p95": float(np.quantile(self.turn, 0.95)),
@@ -155,8 +155,7 @@ def measure_map(
         stretch = stretches(maps)
         taken = sample_surface(goal, samples, np.random.default_rng(seed))
         below = tree.nearest(taken.targets)
-        used = np.unique(goal.faces)
-        vertex_distance = tree.nearest(goal.virtual_points[used]).distance
+        vertex_distance = tree.nearest(goal.virtual_points[_used(goal)]).distance
     coverage = covered.result()
     felt_outward = outward(goal.prop_points, goal.faces)
     seen_outward = outward(virtual.vertices, virtual.faces)
@@ -204,6 +203,13 @@ def weighted_quantile(values: Float, weight: Float, q: float) -> float:
     order = np.argsort(values)
     total = np.cumsum(weight[order])
     return float(values[order][min(np.searchsorted(total, q * total[-1]), len(values) - 1)])
+
+
+def _used(goal: Goal) -> NDArray[np.bool_]:
+    """(n,): which points faces use."""
+    used = np.zeros(len(goal.prop_points), np.bool_)
+    used[goal.faces] = True
+    return used
 
 
 def _landmark_error(goal: Goal) -> Float:

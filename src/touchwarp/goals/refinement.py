@@ -188,12 +188,14 @@ def _link(twin, h, o):
 
 @njit(cache=True)
 def _squared(vertices, faces, f, e):
-    a, b = faces[f, e], faces[f, (e + 1) % 3]
-    return (
-        (vertices[a, 0] - vertices[b, 0]) ** 2
-        + (vertices[a, 1] - vertices[b, 1]) ** 2
-        + (vertices[a, 2] - vertices[b, 2]) ** 2
-    )
+    return squared_length(vertices, faces[f, e], faces[f, (e + 1) % 3])
+
+
+@njit(cache=True)
+def squared_length(vertices, a, b):
+    """|b − a|²."""
+    x, y, z = _difference(vertices, a, b)
+    return x * x + y * y + z * z
 
 
 @njit(cache=True)
@@ -208,14 +210,14 @@ def _longest(vertices, faces, f):
 
 @njit(cache=True)
 def _in_one_plane(vertices, a, b, c, d):
-    ux, uy, uz = _normal(vertices, a, b, c)
-    wx, wy, wz = _normal(vertices, a, d, b)
+    ux, uy, uz = normal_of(vertices, a, b, c)
+    wx, wy, wz = normal_of(vertices, a, d, b)
     sizes = np.sqrt((ux * ux + uy * uy + uz * uz) * (wx * wx + wy * wy + wz * wz))
     return ux * wx + uy * wy + uz * wz > _FLAT * sizes
 
 
 @njit(cache=True)
-def _normal(vertices, a, b, c):
+def normal_of(vertices, a, b, c):
     """(b − a) × (c − a)."""
     px, py, pz = _difference(vertices, a, b)
     qx, qy, qz = _difference(vertices, a, c)
@@ -226,7 +228,7 @@ def _normal(vertices, a, b, c):
 def _cotangent(vertices, corner, left, right):
     px, py, pz = _difference(vertices, corner, left)
     qx, qy, qz = _difference(vertices, corner, right)
-    x, y, z = _normal(vertices, corner, left, right)
+    x, y, z = normal_of(vertices, corner, left, right)
     return (px * qx + py * qy + pz * qz) / max(np.sqrt(x * x + y * y + z * z), 1e-300)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.goals.goal import Goal
+from touchwarp.scene.weld import distinct_places
 
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
@@ -119,9 +120,9 @@ def find_sharp_edges(vertices: Float, faces: Int, turn_deg: float = SHARP_TURN_D
     """
     faces = _weld(vertices, faces)
     d = vertices.shape[1]
-    kept = np.flatnonzero(face_areas(vertices, faces) > 0)
-    faces = faces[kept]
     normals = face_normals(vertices, faces)
+    kept = np.flatnonzero(normals.any(axis=1))  # faces without area have none
+    faces, normals = faces[kept], normals[kept]
     if d == 3:
         sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
         owner = np.tile(np.arange(len(faces)), 3)
@@ -162,8 +163,8 @@ def find_sharp_edges(vertices: Float, faces: Int, turn_deg: float = SHARP_TURN_D
 
 def _weld(vertices: Float, faces: Int) -> Int:
     """The faces with one index for all vertices at one place."""
-    _, first, same = np.unique(vertices, axis=0, return_index=True, return_inverse=True)
-    welded: Int = first[same.reshape(-1)][faces]
+    first, same = distinct_places(vertices)
+    welded: Int = first[same][faces]
     return welded
 
 

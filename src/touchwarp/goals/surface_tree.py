@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import NamedTuple
 
 import igl
@@ -13,8 +12,9 @@ Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
 
-_RAY_UNITS = 1e6
-"""Rays are traced in µm: libigl takes triangles of less than a millionth square unit as edge-on."""
+_UNITS = 2.0**20
+"""Of the tree in a metre: about a µm, since libigl takes triangles of less than a millionth square
+unit as edge-on to rays; and a power of two, which takes no bit from a number."""
 
 
 class Nearest(NamedTuple):
@@ -42,25 +42,18 @@ class SurfaceTree:
     def __init__(self, vertices: Float, elements: Int) -> None:
         self.vertices = np.ascontiguousarray(vertices, dtype=np.float64)
         self.elements = np.ascontiguousarray(elements, dtype=np.int64)
+        self._vertices = _UNITS * self.vertices
         self._tree = igl.AABB()
-        self._tree.init(self.vertices, self.elements)
-
-    @cached_property
-    def _ray_tree(self) -> tuple[igl.AABB, Float]:
-        vertices = _RAY_UNITS * self.vertices
-        tree = igl.AABB()
-        tree.init(vertices, self.elements)
-        return tree, vertices
+        self._tree.init(self._vertices, self.elements)
 
     def nearest(self, points: Float) -> Nearest:
         """The nearest point of the surface to each of (n, 3) m."""
-        points = np.ascontiguousarray(points, dtype=np.float64)
         if len(points) == 0:
             return Nearest(np.zeros(0), np.zeros((0, 3)), np.zeros(0, np.int64))
         squared, elements, nearest = self._tree.squared_distance(
-            self.vertices, self.elements, points
+            self._vertices, self.elements, np.ascontiguousarray(_UNITS * points)
         )
-        return Nearest(np.sqrt(squared), nearest, elements)
+        return Nearest(np.sqrt(squared) / _UNITS, nearest / _UNITS, elements)
 
     def first_hit(self, starts: Float, directions: Float) -> tuple[Float, Int]:
         """How far rays go until they meet a triangle, in lengths of `directions`; inf if never.
@@ -72,12 +65,11 @@ class SurfaceTree:
         Returns:
             (n,) lengths, and (n,) the triangles met, -1 for none.
         """
-        tree, vertices = self._ray_tree
-        face, length, _ = tree.intersect_ray_first(
-            vertices,
+        face, length, _ = self._tree.intersect_ray_first(
+            self._vertices,
             self.elements,
-            np.ascontiguousarray(_RAY_UNITS * starts),
-            np.ascontiguousarray(_RAY_UNITS * directions),
+            np.ascontiguousarray(_UNITS * starts),
+            np.ascontiguousarray(_UNITS * directions),
         )
         return np.nan_to_num(np.asarray(length, np.float64), nan=np.inf), face
 

@@ -24,7 +24,7 @@ def weld(
     """
     used = np.zeros(len(vertices), dtype=bool)
     used[faces.ravel()] = True
-    first, index_of = _first_and_index(vertices[used] + 0.0)  # + 0.0 turns -0.0 into 0.0
+    first, index_of = distinct_places(vertices[used])
     whole_index = np.empty(len(vertices), dtype=np.int64)
     whole_index[used] = index_of
     faces = whole_index[faces]
@@ -34,10 +34,11 @@ def weld(
     return vertices[used][first], faces if proper.all() else faces[proper]
 
 
-def _first_and_index(
+def distinct_places(
     vertices: NDArray[np.float64],
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Rows of first appearance (k,), ascending, and each row's index into them (n,)."""
+    vertices = vertices + 0.0  # turns -0.0 into 0.0
     key = _hash(vertices)
     order = np.argsort(key)
     ordered = key[order]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -12,12 +10,12 @@ from touchwarp.goals.maps.areas import KEPT, polish_areas, spread, target_shares
 from touchwarp.goals.maps.closed_mesh import closed_mesh
 from touchwarp.goals.maps.embed import embed
 from touchwarp.goals.maps.layout import Layout, area_and_gradient, frames_at, moved_along
-from touchwarp.goals.maps.layout_cache import cache_folder, keep_layout, load_layout
-from touchwarp.goals.maps.locate import Locator
+from touchwarp.goals.maps.layout_cache import LAYOUTS, load_layout
+from touchwarp.goals.maps.locate import Locator, value_and_slopes
 from touchwarp.goals.maps.parameterise import lay_out, work_mesh
 from touchwarp.goals.maps.rings import build_rings
 from touchwarp.goals.maps.settle import star_area
-from touchwarp.scene.shapes import box, ellipsoid
+from touchwarp.scene.shapes import box
 from touchwarp.scene.surface import Surface
 
 from .conftest import crowded_surface, ring_surface
@@ -62,23 +60,28 @@ def test_points_of_the_mesh_are_found_where_they_are(layout: Layout) -> None:
     assert locator.weights[found == face] == pytest.approx(weights[found == face], abs=1e-6)
 
 
-def test_derivatives_are_those_of_small_moves(layout: Layout) -> None:
+def test_slopes_are_those_of_small_moves(layout: Layout) -> None:
     locator = Locator(layout)
     points = layout.corners[:200].mean(axis=1)
     if not layout.flat:
         points /= np.linalg.norm(points, axis=1, keepdims=True)
     frames = frames_at(points, layout.flat)
-    fields = layout.mesh.vertices
-    start = locator.find(points)
-    jacobian = locator.jacobian(fields, frames)
+    mesh, start = layout.mesh, locator.find(points)
+    virtual = (layout.corners, mesh.neighbours, layout.jumps, mesh.faces, mesh.vertices)
+    values, slopes = np.empty((len(points), 3)), np.empty((len(points), 3, 2))
+    for i, point in enumerate(points):
+        frame = tuple(frames[i].T.ravel())
+        value_and_slopes(point, start[i], virtual, frame, values[i], slopes[i], layout.flat)
+    assert values == pytest.approx(locator.values(mesh.vertices), abs=1e-12)
     for axis in range(2):
         ends = []
         for sign in (1, -1):
             move = np.zeros((len(points), 2))
             move[:, axis] = sign * 1e-6
             locator.find(moved_along(points, frames, move, layout.flat), start)
-            ends.append(locator.values(fields))
-        assert jacobian[:, :, axis] == pytest.approx((ends[0] - ends[1]) / 2e-6, abs=1e-6)
+            ends.append(locator.values(mesh.vertices))
+        assert slopes[:, :, axis] == pytest.approx((ends[0] - ends[1]) / 2e-6, abs=1e-6)
+        assert slopes[:, :, 1 - axis] != pytest.approx((ends[0] - ends[1]) / 2e-6, abs=1e-6)
 
 
 @pytest.mark.parametrize("flat", [True, False])
@@ -134,33 +137,14 @@ def test_a_layout_is_kept_and_found_by_content() -> None:
     assert load_layout(moved) is None
 
 
-@pytest.mark.parametrize("damage", [b"", b"not an archive", None])
-def test_a_damaged_layout_is_ignored(damage: bytes | None) -> None:
+def test_a_damaged_layout_is_made_anew() -> None:
     layout = lay_out(work_mesh(SURFACES["box"], "x").mesh)
-    folder = cache_folder()
-    assert folder is not None
-    (kept,) = folder.glob("*.npz")
-    if damage is None:  # sound as a file, but a triangle is turned over
-        turned = layout.points.copy()
-        turned[0] *= -1
-        keep_layout(layout.moved(turned))
-    else:
-        kept.write_bytes(damage)
+    assert LAYOUTS.folder is not None
+    (kept,) = LAYOUTS.folder.iterdir()
+    kept.write_bytes(b"not an archive")
     assert load_layout(layout.mesh) is None
     assert np.array_equal(lay_out(layout.mesh).points, layout.points)
-
-
-def test_nothing_is_kept_where_the_cache_is_off_or_closed(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    mesh = work_mesh(ellipsoid([0.02, 0.02, 0.03], 0.5), "x").mesh
-    monkeypatch.setenv("TOUCHWARP_CACHE", "")
-    layout = lay_out(mesh)
-    assert load_layout(mesh) is None
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv("TOUCHWARP_CACHE", str(tmp_path / "file"))
-    keep_layout(layout)
-    assert load_layout(mesh) is None
+    assert load_layout(layout.mesh) is not None
 
 
 def test_a_vertex_with_too_many_neighbours_is_told() -> None:

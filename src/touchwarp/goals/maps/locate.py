@@ -29,20 +29,18 @@ class Locator:
         layout: the layout.
         face: (q,) the triangle of each point last located.
         weights: (q, 3) its barycentric coordinates there, all ≥ 0.
-        place: (q, 3) the point itself, on that triangle's side of the cuts.
     """
 
     def __init__(self, layout: Layout) -> None:
         self.layout = layout
         self.face = np.zeros(0, np.int64)
         self.weights = np.zeros((0, 3))
-        self.place = np.zeros((0, 3))
         self._cells: NDArray[np.int64] | None = None
 
     def find(
         self, points: NDArray[np.float64], start: NDArray[np.int64] | None = None
     ) -> NDArray[np.int64]:
-        """The triangle (q,) of each point (q, 3); `weights` and `place` hold the rest.
+        """The triangle (q,) of each point (q, 3); `weights` holds where in it.
 
         Args:
             points: (q, 3) points of the domain, anywhere on the covering plane of a torus.
@@ -52,7 +50,7 @@ class Locator:
         layout = self.layout
         if start is None:
             start = self.face if len(self.face) == len(points) else self._beside(points)
-        self.face, self.weights, self.place = _locate(
+        self.face, self.weights = _locate(
             np.ascontiguousarray(points),
             start,
             layout.corners,
@@ -74,23 +72,14 @@ class Locator:
         """(q, c): fields (n, c) on the layout's vertices, linear in each triangle."""
         return np.asarray(_interpolate(fields, self.layout.mesh.faces, self.face, self.weights))
 
-    def jacobian(
-        self, fields: NDArray[np.float64], frames: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """(q, c, 2): how those values change as the points move along their frames (q, 3, 2)."""
-        layout = self.layout
-        return np.asarray(
-            _differentiate(fields, layout.mesh.faces, self.face, layout.corners, self.place, frames)
-        )
-
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _locate(points, start, corners, neighbours, jumps, flat):
     q = len(points)
     found = np.empty(q, np.int64)
     weights = np.empty((q, 3))
-    place = np.empty((q, 3))
     most = 4 * len(corners)
+    best, side = np.empty(3), np.empty(3)
     for i in range(q):
         x, y, z = points[i]
         face = start[i]
@@ -98,9 +87,7 @@ def _locate(points, start, corners, neighbours, jumps, flat):
             x += np.rint(corners[face, 0, 0] - x)
             y += np.rint(corners[face, 0, 1] - y)
         came = -1
-        best = np.empty(3)
         for turn in range(most):
-            side = np.empty(3)
             for k in range(3):
                 a, b = corners[face, (k + 1) % 3], corners[face, (k + 2) % 3]
                 side[k] = (
@@ -133,8 +120,7 @@ def _locate(points, start, corners, neighbours, jumps, flat):
         found[i] = face
         for k in range(3):
             weights[i, k] = best[k] / total
-        place[i, 0], place[i, 1], place[i, 2] = x, y, z
-    return found, weights, place
+    return found, weights
 
 
 @njit(cache=True, error_model="numpy")
@@ -261,33 +247,3 @@ def _interpolate(fields, faces, face, weights):
             for c in range(fields.shape[1]):
                 values[i, c] += weights[i, k] * fields[v, c]
     return values
-
-
-@njit(cache=True, error_model="numpy")
-def _differentiate(fields, faces, face, corners, place, frames):
-    channels = fields.shape[1]
-    result = np.zeros((len(face), channels, 2))
-    side = np.empty(3)
-    change = np.empty((3, 2))
-    for i in range(len(face)):
-        f = face[i]
-        total = 0.0
-        lost = np.zeros(2)
-        for k in range(3):
-            a, b = corners[f, (k + 1) % 3], corners[f, (k + 2) % 3]
-            side[k], change[k, 0], change[k, 1] = 0.0, 0.0, 0.0
-            for d in range(3):
-                e, g = (d + 1) % 3, (d + 2) % 3
-                normal = a[e] * b[g] - a[g] * b[e]
-                side[k] += place[i, d] * normal
-                change[k, 0] += frames[i, d, 0] * normal
-                change[k, 1] += frames[i, d, 1] * normal
-            total += side[k]
-            lost += change[k]
-        for k in range(3):
-            v = faces[f, k]
-            for a in range(2):
-                slope = (change[k, a] - side[k] / total * lost[a]) / total
-                for c in range(channels):
-                    result[i, c, a] += fields[v, c] * slope
-    return result

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchwarp.errors import GoalError
-from touchwarp.goals.fingertip_curvature import FINGERTIP_RADIUS, fingertip_curvature
+from touchwarp.goals.fingertip_curvature import FINGERTIP_RADIUS, curvature_measures
 from touchwarp.goals.goal import Goal
 from touchwarp.goals.maps.areas import KEPT, polish_areas, spread, target_shares
 from touchwarp.goals.maps.base import Base, find_base
@@ -190,8 +190,9 @@ def _fields(mesh: ClosedMesh, normal_weight: float, curvature_weight: float) -> 
     if normal_weight > 0:
         columns.append(np.sqrt(normal_weight) * mesh.vertex_normals)
     if curvature_weight > 0:
+        measures = curvature_measures(mesh.vertices, mesh.faces)
         for radius in (FINGERTIP_RADIUS, 2 * FINGERTIP_RADIUS):
-            felt = fingertip_curvature(mesh.vertices, mesh.faces, radius)
+            felt = measures.over(radius)
             columns.append(np.sqrt(curvature_weight) * FINGERTIP_RADIUS * felt.mean[:, None])
     return np.concatenate(columns, axis=1)
 

@@ -119,7 +119,7 @@ class HyperbolicLocator(Locator):
     """Finds points of the plane in a layout.
 
     Attributes:
-        frame: (q,) the element that took each point to `place`, beside its triangle.
+        frame: (q,) the element that took each point to its triangle.
     """
 
     def __init__(self, layout: HyperbolicLayout) -> None:
@@ -133,7 +133,7 @@ class HyperbolicLocator(Locator):
         if start is None:
             start = self.face if len(self.face) == len(points) else np.zeros(len(points), np.int64)
         gathered, moved_by = gather(points, self._deck)
-        self.face, self.weights, self.place, self.frame = _locate(
+        self.face, self.weights, self.frame = _locate(
             gathered,
             moved_by,
             start,
@@ -245,8 +245,7 @@ def _carried_elements(faces, elements, moved_by, tables):
 @njit(cache=True, error_model="numpy")
 def _locate(points, moved_by, start, corners, neighbours, jumps, tables):
     q = len(points)
-    found, weights = np.empty(q, np.int64), np.empty((q, 3))
-    place, frame = np.empty((q, 3)), np.empty(q, np.int64)
+    found, weights, frame = np.empty(q, np.int64), np.empty((q, 3)), np.empty(q, np.int64)
     side = np.empty(3)
     for i in range(q):
         x, y, z = points[i]
@@ -263,8 +262,7 @@ def _locate(points, moved_by, start, corners, neighbours, jumps, tables):
             weights[i, k] = max(side[k], 0.0)
         weights[i] /= weights[i].sum()
         found[i], frame[i] = face, element
-        place[i, 0], place[i, 1], place[i, 2] = x, y, z
-    return found, weights, place, frame
+    return found, weights, frame
 
 
 @njit(cache=True, error_model="numpy")
