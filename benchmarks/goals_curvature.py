@@ -50,7 +50,7 @@ def main() -> None:
         prop, virtual = shapes(name, options.data)
         rows, curve = [], []
         for weight in options.weights:
-            spec = MatchGoal(virtual, curvature_weight=weight, tolerance_mm=0.1)
+            spec = MatchGoal(virtual, area_weight=0.5, curvature_weight=weight, tolerance_mm=0.1)
             told = match_goal(Prop("prop", prop), spec).report
             curve.append((told["displacement_mean"] * 1e3, told["curvature_mean"]))
             rows.append(

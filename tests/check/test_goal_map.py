@@ -195,6 +195,15 @@ def test_a_foot_on_the_table_is_told_by_itself(on_table: bool) -> None:
         assert "virtual.foot" not in checks
 
 
+def test_a_weight_of_areas_is_told_with_its_reason() -> None:
+    told = {"area_weight": 1.15, "area_weight_reason": "at 0.5 areas spread by 0.16"}
+    checks = found(replace(ellipsoid_map(), report=told))
+    assert checks["map.area_std"].detail.endswith(
+        " area_weight is 1.15: at 0.5 areas spread by 0.16."
+    )
+    assert "area_weight" not in found(ellipsoid_map())["map.area_std"].detail  # the twin
+
+
 def test_in_the_plane_contact_is_held_against_the_virtual_outline() -> None:
     outline = polygon([[0, 0], [0.1, 0], [0.1, 0.05], [0, 0.05]])
     goal = Goal(outline.vertices, outline.vertices, outline.faces, virtual_surface=outline)
