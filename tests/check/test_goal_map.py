@@ -15,6 +15,7 @@ from tests.check.stand_ins import (
     case_of,
     map_scene,
     shifted,
+    translation,
 )
 from tests.exact.spheres import SphereWarp
 from tests.goals.hand_made_maps import (
@@ -32,8 +33,8 @@ from touchwarp.check import Check
 from touchwarp.check.goal_map import check_map
 from touchwarp.check.virtual_contact import check_virtual_contact
 from touchwarp.goals import Goal
-from touchwarp.scene import Prop, Scene
-from touchwarp.scene.shapes import polygon
+from touchwarp.scene import Fixed, Prop, Scene
+from touchwarp.scene.shapes import box, polygon
 from touchwarp.warp.protocol import Warp
 
 
@@ -174,6 +175,33 @@ def test_a_goal_without_a_virtual_surface_promises_none() -> None:
     checks = found(replace(ellipsoid_map(), virtual_surface=None), ellipsoid_warp())
     assert {c.group for c in checks.values()} == {"judged", "told"}
     assert "map.curvature" in checks
+
+
+@pytest.mark.parametrize("on_table", [True, False])
+def test_a_foot_on_the_table_is_told_by_itself(on_table: bool) -> None:
+    # 1 mm off on the foot alone; without the table a hand comes there
+    block = box([0.06, 0.04, 0.1]).transformed(translation(0, 0, 0.05))
+    goal = Goal(block.vertices, block.vertices, block.faces, virtual_surface=block)
+    table = Fixed("table", plane=((0, 0, 0), (0, 0, 1)), contact="slide")
+    scene = Scene(props=[Prop("block", block, goal)], fixed=[table] if on_table else [])
+    off = Spoiled(Still(), lambda x: np.where(x[:, 2:] < 1e-9, np.array([0, 0, -1e-3]), 0.0))
+    checks = {c.name: c for c in check_virtual_contact(case_of(scene, off)).checks}
+    if on_table:
+        assert checks["virtual.max"].value == pytest.approx(0.0, abs=1e-9)
+        assert checks["virtual.foot"].value == pytest.approx(1.0)
+        assert checks["virtual.foot"].group == "told"
+    else:
+        assert checks["virtual.p99"].value == pytest.approx(1.0)
+        assert "virtual.foot" not in checks
+
+
+def test_a_weight_of_areas_is_told_with_its_reason() -> None:
+    told = {"area_weight": 1.15, "area_weight_reason": "at 0.5 areas spread by 0.16"}
+    checks = found(replace(ellipsoid_map(), report=told))
+    assert checks["map.area_std"].detail.endswith(
+        " area_weight is 1.15: at 0.5 areas spread by 0.16."
+    )
+    assert "area_weight" not in found(ellipsoid_map())["map.area_std"].detail  # the twin
 
 
 def test_in_the_plane_contact_is_held_against_the_virtual_outline() -> None:

@@ -35,6 +35,7 @@ from touchwarp.check.page.slices import cut, cut_triangles
 from touchwarp.check.page.still import still_picture
 from touchwarp.check.page.surface_view import view_data
 from touchwarp.check.report import Report
+from touchwarp.check.thresholds import JND
 
 MEGABYTES = 8.0
 
@@ -215,7 +216,7 @@ def test_what_people_notice_is_marked_where_it_is_known(
     data = view_data(case_of(map_scene(cube_map(), mode), Still()))
     fields = {f["key"]: f for f in data["map_fields"]}
     for key, limit in zip(("mismatch", "turn"), marks, strict=True):
-        assert fields[key]["mark"] == (None if limit is None else (limit, "JND"))
+        assert fields[key]["mark"] == (None if limit is None else (limit, JND))
     assert fields["distance"]["mark"] == (pytest.approx(0.1), "tolerance")
     assert all(field["note"] for key, field in fields.items() if key != "plain")
     # an end that cuts values off says so, and one that is the greatest of all does not

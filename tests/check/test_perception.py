@@ -10,8 +10,11 @@ from touchwarp.check.curvature import edge_angles, patch_curvatures
 from touchwarp.check.perception import check_perception, normal_turn
 from touchwarp.check.pinch import find_pinches
 from touchwarp.check.thresholds import (
+    ACCEPTANCE,
     ANY_MODE,
+    DETECTION,
     EDGE_ANGLE,
+    JND,
     PINCH_WIDTH,
     THRESHOLDS,
     judge,
@@ -28,7 +31,7 @@ def test_every_threshold_has_condition_and_source() -> None:
     for t in THRESHOLDS:
         assert t.condition
         assert t.source
-        assert t.kind in ("JND", "detection", "acceptance")
+        assert t.kind in (JND, DETECTION, ACCEPTANCE)
         assert set(t.modes) <= set(ANY_MODE)
         assert limit_of(t)
 
@@ -52,6 +55,7 @@ def test_offset_in_contact(shift: float, status: str) -> None:
     assert check.value == pytest.approx(1e3 * shift)
     assert check.status == status
     assert "Zhao & Follmer" in check.source
+    assert check.condition.startswith("just noticeable difference: normal and shear force")
 
 
 def test_a_tap_has_no_number_for_the_offset() -> None:

@@ -140,6 +140,17 @@ def test_too_few_faces_are_told(
     assert "Note: that many faces are not enough for the goal's tolerance_mm; their image" in told
 
 
+def test_the_weight_of_areas_is_told(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cube = box((0.1, 0.1, 0.1))
+    report = {"area_std": 0.146, "area_weight": 4.0, "area_weight_reason": "a reason"}
+    goal = Goal(cube.vertices, cube.vertices, cube.faces, "match", report)
+    monkeypatch.setattr(import_module("touchwarp.goals"), "goals", lambda *_: {"ball": goal})
+    assert main(["goal", str(scene), "-o", str(tmp_path / "ball.npz")]) == 0
+    assert "Areas spread by 0.15 at area_weight 4 (a reason)." in capsys.readouterr().out
+
+
 def test_any_report_becomes_json() -> None:
     cube = box((0.1, 0.1, 0.1))
     report = {

@@ -64,6 +64,7 @@ def test_a_virtual_foot_is_closed_where_the_scan_has_a_flat_one(
     text = (folder / "can.toml").read_text()
     goal = tomllib.loads(text)["prop"][0]["goal"]
     assert goal["kind"] == "match"
+    assert "# Areas are evened out to a spread of 0.15; area_weight = 0.5 lets them" in text
     assert ("a hollow 4 mm deep below it is closed" in text) == held
     # what stands on three legs has no one foot to keep on the table, and that is told
     assert (goal.get("base") == [0, 0, -1]) == held

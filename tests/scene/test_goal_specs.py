@@ -90,6 +90,15 @@ def test_the_values_reach_their_places() -> None:
     assert (about.centre, about.virtual_centre) == ((0, 0, 0.01), (0, 0, 0.02))
 
 
+def test_an_area_weight_that_is_not_given_stays_open() -> None:
+    match = goal_of(f'kind = "match"\n{VIRTUAL}')
+    assert match.area_weight is None
+    assert match.weighs_by_default
+    assert "area_weight" not in match.entries()
+    for key in ("area_weight = 0.5", "curvature_weight = 0.2"):
+        assert not goal_of(f'kind = "match"\n{key}\n{VIRTUAL}').weighs_by_default
+
+
 def test_a_virtual_mesh_has_unit_up_axis_and_pose(tmp_path: Path) -> None:
     long = box((0.3, 0.2, 0.1))
     trimesh.Trimesh(long.vertices * 1e3, long.faces, process=False).export(tmp_path / "long.stl")

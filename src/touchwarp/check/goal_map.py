@@ -239,6 +239,9 @@ def _sharp_edge_checks(measures: MapMeasures, name: str) -> list[Check]:
 
 def _told(measures: MapMeasures, numbers: dict[str, float], name: str) -> list[Check]:
     promised = measures.goal.kind == "area_preserving"
+    report, weight = measures.goal.report, ""
+    if "area_weight" in report:
+        weight = f" area_weight is {report['area_weight']:.3g}: {report['area_weight_reason']}."
     return [
         measured(
             "map.area_std",
@@ -251,7 +254,7 @@ def _told(measures: MapMeasures, numbers: dict[str, float], name: str) -> list[C
             whole="a spread over the whole surface",
             detail="Standard deviation, by area, of each face's ratio over that of the whole, "
             f"{numbers['area_scale']:.3g}; 98 % of the surface lies between "
-            f"{numbers['area_least']:.2g} and {numbers['area_greatest']:.2g}.",
+            f"{numbers['area_least']:.2g} and {numbers['area_greatest']:.2g}.{weight}",
         ),
         measured(
             "map.displacement",

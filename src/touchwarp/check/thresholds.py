@@ -14,6 +14,10 @@ from touchwarp.check.report import Check, Limit, measured, number_text, unmeasur
 
 ANY_MODE = ("tap", "slide", "pinch", "grasp")
 
+JND = "just noticeable difference"
+DETECTION = "detection threshold"
+ACCEPTANCE = "acceptance"
+
 
 @dataclass(frozen=True)
 class Threshold:
@@ -23,7 +27,7 @@ class Threshold:
         quantity: what was varied.
         limit: the greatest value, or (least, greatest), in `unit`.
         unit: as in `Check`.
-        kind: "JND" (discrimination), "detection" or "acceptance"; they are not the same.
+        kind: `JND`, `DETECTION` or `ACCEPTANCE`, in full for readers; they are not the same.
         condition: how it was measured.
         source: where it stands.
         modes: interaction modes that meet the condition; none where nothing here does.
@@ -46,7 +50,7 @@ FINGERTIP_OFFSET = Threshold(
     "fingertip offset in contact",
     52.0,
     "mm",
-    "JND",
+    JND,
     "normal and shear force feedback (another source adds: both fingertips shown)",
     f"{_ZHAO}, ref. 35",
     ("slide", "pinch", "grasp"),
@@ -55,7 +59,7 @@ HAND_OFFSET = Threshold(
     "hand offset before contact",
     200.0,
     "mm",
-    "JND",
+    JND,
     "visual dominance, no tactile feedback",
     f"{_ZHAO}, ref. 15",
     ANY_MODE,
@@ -64,7 +68,7 @@ FORCE_DIRECTION = Threshold(
     "direction of the contact force",
     31.9,
     "deg",
-    "JND",
+    JND,
     "haptics with incongruent vision (18.4° haptics alone, 25.6° with congruent vision)",
     f"{_ZHAO}, ref. 11",
     ("tap", "slide"),
@@ -73,7 +77,7 @@ REACH_DIRECTION = Threshold(
     "direction of a whole reach",
     4.5,
     "deg",
-    "detection",
+    DETECTION,
     "fixed offset, horizontal or vertical, two-alternative choice, 12 people, no touch",
     _ZENNER,
     ANY_MODE,
@@ -82,7 +86,7 @@ REACH_GAIN = Threshold(
     "gain of a whole reach",
     (0.88, 1.07),
     "×",
-    "detection",
+    DETECTION,
     "two-alternative choice, 12 people, no touch",
     _ZENNER,
     ANY_MODE,
@@ -91,20 +95,18 @@ PINCH_WIDTH = Threshold(
     "width between thumb and index",
     5.75,
     "%",
-    "detection",
+    DETECTION,
     "thumb–index pinch",
     _TINGUY,
     ("pinch",),
 )
 PINCH_CURVATURE = Threshold(
-    "local curvature", 66.66, "%", "detection", "thumb–index pinch", _TINGUY, ("pinch",)
+    "local curvature", 66.66, "%", DETECTION, "thumb–index pinch", _TINGUY, ("pinch",)
 )
 EDGE_ANGLE = Threshold(
-    "angle of an edge", 11.0, "%", "JND", "touch only, nothing seen", "Skinner et al. 2013"
+    "angle of an edge", 11.0, "%", JND, "touch only, nothing seen", "Skinner et al. 2013"
 )
-SCALE_UP = Threshold(
-    "scale-up", 1.8, "×", "detection", "shape display", "Abtahi & Follmer, CHI 2018"
-)
+SCALE_UP = Threshold("scale-up", 1.8, "×", DETECTION, "shape display", "Abtahi & Follmer, CHI 2018")
 
 THRESHOLDS = (
     FINGERTIP_OFFSET,
@@ -119,30 +121,30 @@ THRESHOLDS = (
         "local orientation",
         43.8,
         "%",
-        "detection",
+        DETECTION,
         "thumb–index pinch; of which reference angle is not said",
         _TINGUY,
     ),
     Threshold(
-        "finger flexion", 32.0, "mm", "JND", 'printed as an "angular mismatch"', f"{_ZHAO}, ref. 37"
+        "finger flexion", 32.0, "mm", JND, 'printed as an "angular mismatch"', f"{_ZHAO}, ref. 37"
     ),
     Threshold(
         "direction of a whole reach, accepted though noticed",
         40.0,
         "deg",
-        "acceptance",
+        ACCEPTANCE,
         "rated 4.6 of 5",
         "Cheng et al., Sparse Haptic Proxy, CHI 2017",
     ),
     Threshold(
-        "slope shown flat", 40.0, "deg", "detection", "shape display", "Abtahi & Follmer, CHI 2018"
+        "slope shown flat", 40.0, "deg", DETECTION, "shape display", "Abtahi & Follmer, CHI 2018"
     ),
     SCALE_UP,
     Threshold(
         "offset of a hand-held stick",
         150.0,
         "mm",
-        "detection",
+        DETECTION,
         "hand-held tool, 26 people",
         "10.1109/tvcg.2023.3247047",
     ),

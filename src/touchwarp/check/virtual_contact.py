@@ -1,17 +1,21 @@
 """How far displayed contact is from the virtual object itself, not only from its goal.
 
 A goal is linear on triangles, so between its vertices it may cut through, or stand off, the virtual
-surface; what a person sees is the sum of that and of the warp's own error.
+surface; what a person sees is the sum of that and of the warp's own error. As with the contact
+error, a foot that no hand can reach counts apart: it is not on the boundary of Ω.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from touchwarp.check.case import Case, Finding, PropCase
 from touchwarp.check.contact import MAX_FACTOR, MEAN_SHARE
 from touchwarp.check.region import Body
 from touchwarp.check.report import Check, measured, place
+
+Float = NDArray[np.float64]
 
 SAMPLES = 100_000
 
@@ -28,21 +32,16 @@ def check_virtual_contact(case: Case) -> Finding:
 
 
 def _prop_checks(case: Case, prop: PropCase) -> list[Check]:
-    virtual = prop.goal.virtual_surface
-    assert virtual is not None
-    points = prop.samples.points[:: max(1, len(prop.samples.points) // SAMPLES)]
-    points = points[~case.contradicted(prop, points)]
+    every = max(1, len(prop.samples.points) // SAMPLES)
+    points, standing = prop.samples.points[::every], case.standing[prop.name][::every]
+    foot = _foot_checks(case, prop, points[standing])
+    points = points[~standing & ~case.contradicted(prop, points)]
     if len(points) == 0:
-        return []
-    displayed = case.warp(points)
-    distance, _, _ = Body(prop.name, virtual.vertices, virtual.faces).nearest(
-        np.nan_to_num(displayed)
-    )
-    distance = np.where(np.isfinite(displayed).all(axis=1), distance, np.inf)
+        return foot
+    distance = _distance(case, prop, points)
     tolerance_mm = 1e3 * case.tolerance
     worst = int(distance.argmax())
-    near_worst = int(np.argsort(distance)[-(-99 * (len(distance) - 1) // 100)])
-    p99 = float(distance[near_worst])
+    near_worst, p99 = _near_worst(distance)
     return [
         measured(
             "virtual.mean",
@@ -80,4 +79,41 @@ def _prop_checks(case: Case, prop: PropCase) -> list[Check]:
             detail="Triangles of g that span a sharp edge of the virtual object cut it off.",
             source=f"{MAX_FACTOR:g} × {_SOURCE}",
         ),
+        *foot,
     ]
+
+
+def _foot_checks(case: Case, prop: PropCase, points: Float) -> list[Check]:
+    """The distance at those samples (n, d) m that no hand can reach."""
+    if len(points) == 0:
+        return []
+    near_worst, p99 = _near_worst(_distance(case, prop, points))
+    return [
+        measured(
+            "virtual.foot",
+            "Distance of the foot from the virtual surface, 99th percentile",
+            1e3 * p99,
+            "mm",
+            group="told",
+            subject=prop.name,
+            where=place(points, near_worst),
+            detail=f"The same over the {len(points):,} samples that lie on a fixed plane: no hand "
+            "comes there, and they count in no other check of this distance.",
+        )
+    ]
+
+
+def _distance(case: Case, prop: PropCase, points: Float) -> Float:
+    """(n,) m: from f at points (n, d) to the virtual surface; inf where f is not finite."""
+    virtual = prop.goal.virtual_surface
+    assert virtual is not None
+    displayed = case.warp(points)
+    body = Body(prop.name, virtual.vertices, virtual.faces)
+    distance, _, _ = body.nearest(np.nan_to_num(displayed))
+    return np.where(np.isfinite(displayed).all(axis=1), distance, np.inf)
+
+
+def _near_worst(distance: Float) -> tuple[int, float]:
+    """Which distance (n,) is the 99th percentile, and how large it is."""
+    row = int(np.argsort(distance)[-(-99 * (len(distance) - 1) // 100)])
+    return row, float(distance[row])

@@ -75,6 +75,11 @@ def goal_command(
         f"points, {facts['faces']:,} faces; displaces by {facts['displacement_mean'] * 1e3:.3g} mm "
         f"on average, {facts['displacement_max'] * 1e3:.3g} mm at most."
     )
+    if "area_weight" in goal.report:
+        click.echo(
+            f"Areas spread by {goal.report['area_std']:.2g} at area_weight "
+            f"{goal.report['area_weight']:.3g} ({goal.report['area_weight_reason']})."
+        )
     if goal.report.get("subdivision_capped"):
         click.echo(
             "Note: that many faces are not enough for the goal's tolerance_mm; their image strays "

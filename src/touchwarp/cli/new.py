@@ -129,7 +129,11 @@ def write_scene(felt: Part, shown: Part, scale: bool, output: Path) -> None:
         goal=goal,
         notes={
             "prop": _prop_notes(felt),
-            "goal": [f"{kind}: {why}.", *(f"{shown.name}: {note}." for note in _notes(shown))],
+            "goal": [
+                f"{kind}: {why}.",
+                *([_AREAS] if kind == "match" else []),
+                *(f"{shown.name}: {note}." for note in _notes(shown)),
+            ],
             "pose": [f"{label}: {text}" for label, text in alignment_rows(found)],
             "base": ["the flat foot that both stand on; it stays on the table"],
             "table": ["the table that the scan showed; a hand on it is shown on it"],
@@ -167,6 +171,7 @@ def write_scene(felt: Part, shown: Part, scale: bool, output: Path) -> None:
 
 
 _TABLE = {"point": [0, 0, 0], "normal": [0, 0, 1]}
+_AREAS = "Areas are evened out to a spread of 0.15; area_weight = 0.5 lets them, and moves less."
 _NO_BASE = (
     "it and the prop do not both stand on one flat face, so the prop's foot may show above the "
     "table, where the warp then misses it: fill what is hollow there in a modelling tool"

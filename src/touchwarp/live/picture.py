@@ -163,20 +163,15 @@ def state_of(
     )
 
 
-_KINDS = {"JND": "just noticeable difference", "detection": "detection threshold"}
-"""In full, where a visitor of the page reads them."""
-
-
 def marks() -> tuple[Mark, ...]:
     """What people notice, for the colour scales; each with its source."""
 
     def at(scale: str, value: float, threshold: Threshold, part: str = "") -> Mark:
-        kind = _KINDS.get(threshold.kind, threshold.kind)
         return Mark.model_validate(
             {
                 "scale": scale,
                 "value": value,
-                "label": f"{part}{threshold.quantity}: {kind}",
+                "label": f"{part}{threshold.quantity}: {threshold.kind}",
                 "source": f"{threshold.condition}; {threshold.source}",
             }
         )

@@ -24,6 +24,8 @@ WEIGHTS = (
     "normal_weight",
     "curvature_weight",
 )
+AREA_WEIGHT = 0.5
+"""Where none is given, at first: it is raised where areas spread too much."""
 _SEARCH_KEYS = ("seed", "starts", "tolerance_mm")
 
 
@@ -93,7 +95,8 @@ class MatchGoal:
         virtual: the virtual object, m, scene frame.
         displacement_weight: of the mean of |g − x|².
         smoothness_weight: of the Dirichlet energy of g − x on the prop.
-        area_weight: of the barrier on area ratios.
+        area_weight: of the barrier on area ratios; None: `AREA_WEIGHT`, and more where areas
+            spread by more than 0.15 then, if all other weights are those by default.
         normal_weight: of the mismatch of normals.
         curvature_weight: of the mismatch of curvature.
         landmarks: pairs of points that shall meet.
@@ -111,7 +114,7 @@ class MatchGoal:
     virtual: Surface
     displacement_weight: float = 1.0
     smoothness_weight: float = 0.2
-    area_weight: float = 0.5
+    area_weight: float | None = None
     normal_weight: float = 0.05
     curvature_weight: float = 0.1
     landmarks: Sequence[Landmark] = ()
@@ -126,9 +129,20 @@ class MatchGoal:
         object.__setattr__(self, "landmarks", tuple(self.landmarks))
         if self.base is not None:
             object.__setattr__(self, "base", goal_numbers.direction("base", self.base))
-        for key in WEIGHTS:
+        for key in self._weights:
             object.__setattr__(self, key, goal_numbers.number(key, getattr(self, key), 0.0))
         _check_search(self)
+
+    @property
+    def weighs_by_default(self) -> bool:
+        """Whether no weight was chosen, so that the area weight may be raised."""
+        return all(getattr(self, key) == getattr(type(self), key) for key in WEIGHTS)
+
+    @property
+    def _weights(self) -> dict[str, float]:
+        """By key, those that are numbers."""
+        weights = {key: getattr(self, key) for key in WEIGHTS}
+        return {key: weight for key, weight in weights.items() if weight is not None}
 
     @classmethod
     def read(cls, table: Table, surfaces: SurfaceReader) -> Self:
@@ -145,7 +159,7 @@ class MatchGoal:
         """The keys of the scene file."""
         entries: dict[str, Any] = {
             **virtual_entries(self.virtual, self.origin),
-            **{key: getattr(self, key) for key in WEIGHTS},
+            **self._weights,
         }
         if self.landmarks:
             pairs = [{"prop": p.prop, "virtual": p.virtual} for p in self.landmarks]

@@ -17,6 +17,7 @@ from touchwarp.goals.goal import Goal
 from touchwarp.goals.maps.areas import KEPT, polish_areas, spread, target_shares
 from touchwarp.goals.maps.base import Base, find_base
 from touchwarp.goals.maps.closed_mesh import ClosedMesh
+from touchwarp.goals.maps.evening import Evened, even_areas
 from touchwarp.goals.maps.hyperbolic.deck import Deck
 from touchwarp.goals.maps.hyperbolic.layout import unplaced
 from touchwarp.goals.maps.hyperbolic.marking import find_marking
@@ -31,7 +32,7 @@ from touchwarp.goals.maps.tidy import Tidied
 from touchwarp.goals.maps.unsheared import unsheared
 from touchwarp.goals.measure import measure_map
 from touchwarp.goals.surface_tree import SurfaceTree
-from touchwarp.scene.map_goals import AreaPreservingGoal, MatchGoal
+from touchwarp.scene.map_goals import AREA_WEIGHT, AreaPreservingGoal, MatchGoal
 from touchwarp.scene.scene import Prop
 
 Float = NDArray[np.float64]
@@ -86,27 +87,37 @@ def match_goal(prop: Prop, spec: MatchGoal, progress: Progress | None = None) ->
     tidied, pair = _pair(
         prop, spec, np.array([spec.normal_weight, spec.curvature_weight]), landmarks, progress
     )
+    area_weight = AREA_WEIGHT if spec.area_weight is None else spec.area_weight
     plan = Plan(
         weights=Weights(
             displacement=spec.displacement_weight,
             smoothness=spec.smoothness_weight,
-            area=spec.area_weight,
+            area=area_weight,
             landmarks=LANDMARK_WEIGHT,
             base=BASE_WEIGHT,
         ),
-        area_path=(max(2.0, spec.area_weight), max(0.5, spec.area_weight)),
+        area_path=(max(2.0, area_weight), max(0.5, area_weight)),
         starts=spec.starts,
         seed=spec.seed,
         field_path=_field_path(spec.normal_weight + spec.curvature_weight),
     )
     found = pair.search(plan, progress)
-    choices = [(found.layout, pair.virtual)]
-    if pair.prop.mesh.genus < 2:
-        smooth = unsheared(pair, found.layout, plan.fine_weights)
-        if smooth[0] is not found.layout:
-            choices.insert(0, smooth)
-    wholes = [_whole(tidied, *layouts) for layouts in choices]
-    return _goal(spec, pair, found, wholes, _area_spread(found.layout), start, progress)
+
+    def make(layout: Layout, weights: Weights) -> Goal:
+        choices = [(layout, pair.virtual)]
+        if pair.prop.mesh.genus < 2:
+            smooth = unsheared(pair, layout, weights)
+            if smooth[0] is not layout:
+                choices.insert(0, smooth)
+        wholes = [_whole(tidied, *layouts) for layouts in choices]
+        return _goal(spec, pair, found, wholes, _area_spread(layout), start, progress)
+
+    if spec.weighs_by_default:
+        evened = even_areas(pair, found.layout, plan.fine_weights, make)
+    else:
+        evened = Evened(make(found.layout, plan.fine_weights), area_weight, "weights are given")
+    told = {"area_weight": evened.area_weight, "area_weight_reason": evened.reason}
+    return replace(evened.goal, report={**evened.goal.report, **told})
 
 
 def _field_path(weight: float) -> list[float]:
@@ -228,7 +239,6 @@ def _goal(
     """
     if progress is not None:
         progress("cutting the surfaces along one another", 0.0)
-    searched = time.perf_counter()
     tree = SurfaceTree(spec.virtual.vertices, spec.virtual.faces)
     pairs = pair.landmarks if len(pair.landmarks) else None
     area_factor = AREA_FACTOR if isinstance(spec, MatchGoal) else KEPT_AREA_FACTOR
@@ -250,7 +260,6 @@ def _goal(
         "transport_cost_m2": _transport_cost(layout, virtual),
         "start_energies": found.energies,
         "image_distance_max": measured["distance_max"],
-        "search_seconds": searched - start,
         "seconds": time.perf_counter() - start,
     }
     return replace(goal, report=report)
