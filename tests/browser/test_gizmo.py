@@ -13,7 +13,7 @@ from playwright.sync_api import Page, expect
 from scipy.spatial.transform import Rotation
 
 import touchwarp as tw
-from tests.browser.desk import handle_of, open_page, wait_until, whole_warp
+from tests.browser.desk import HeldBack, drawn, handle_of, open_page, wait_until, whole_warp
 from tests.browser.server import Server
 
 Serve = Callable[[Path], Server]
@@ -59,6 +59,27 @@ def test_the_gizmo_turns_about_each_axis_and_the_warp_with_it(
     desk.check_saved()
 
 
+def test_the_warp_stays_with_what_is_held_while_the_server_tells_where_it_was(
+    page: Page, serve: Serve, ball: Path
+) -> None:
+    """The scene of one drag is told during the next, when the object is elsewhere already."""
+    said = HeldBack(page)
+    said.let_through()
+    desk = Desk(page, serve(ball), "Move")
+    expect(page.locator(".checks .check").first).to_be_visible()  # nothing more is on its way
+    said.hold()
+    desk.drag("x")
+    wait_until(page, lambda: "changed" in said.kinds, "the server does not take it up")
+
+    def hear() -> None:
+        said.let_through("changed")
+        drawn(page)
+
+    desk.drag("y", held=hear)
+    said.let_through()
+    desk.check_saved()
+
+
 class Desk:
     """The page, with the gizmo in one mode."""
 
@@ -72,8 +93,12 @@ class Desk:
         self._shifts: list[float] = []
         self._check_displayed()
 
-    def drag(self, axis: str) -> tuple[Numbers, Numbers]:
-        """Drag one handle; the numbers before and after. The warp follows while it is held."""
+    def drag(self, axis: str, held: Callable[[], None] = lambda: None) -> tuple[Numbers, Numbers]:
+        """Drag one handle; the numbers before and after. The warp follows while it is held.
+
+        Args:
+            held: what happens before it is let go of.
+        """
         before = self._numbers()
         page = self.page
         grip, way = handle_of(page, axis)
@@ -84,6 +109,7 @@ class Desk:
             page.mouse.move(*(grip + way * by * step / 5))
         expect(page.locator(".exactness")).to_contain_text("Live warp")
         wait_until(page, lambda: self._differs(before), f"{axis} does not move")
+        held()
         self._check_displayed()
         after = self._numbers()
         page.mouse.up()
