@@ -13,7 +13,17 @@ from playwright.sync_api import Page, expect
 from scipy.spatial.transform import Rotation
 
 import touchwarp as tw
-from tests.browser.desk import HeldBack, drawn, handle_of, open_page, wait_until, whole_warp
+from tests.browser.desk import (
+    HANDLES,
+    HeldBack,
+    at,
+    drawn,
+    handle_of,
+    open_page,
+    wait_for,
+    wait_until,
+    whole_warp,
+)
 from tests.browser.server import Server
 
 Serve = Callable[[Path], Server]
@@ -78,6 +88,37 @@ def test_the_warp_stays_with_what_is_held_while_the_server_tells_where_it_was(
     desk.drag("y", held=hear)
     said.let_through()
     desk.check_saved()
+
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "knob_and_crate.toml"
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (960, 560), (700, 900)])
+def test_the_gizmo_of_a_small_prop_far_from_the_middle_is_whole(
+    page: Page, serve: Serve, tmp_path: Path, size: tuple[int, int]
+) -> None:
+    """Of the knob, and of the crate, whose middles are at the two ends of the scene."""
+    scene = tmp_path / EXAMPLE.name
+    scene.write_text(EXAMPLE.read_text().replace("tolerance_mm = 0.5", "tolerance_mm = 5"))
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    open_page(page, serve(scene).url)
+    page.mouse.move(*at(page, ".pane.seen", 0.5, 0.02))
+
+    def whole(seen: NDArray[np.float64]) -> bool:
+        """All three handles are to be seen, and none goes on beyond the pane's edge."""
+        inner = np.zeros(seen.shape[:2], dtype=bool)
+        inner[3:-3, 3:-3] = True
+        of_axes = [np.abs(seen - colour).max(axis=-1) < 10 for colour in HANDLES.values()]
+        return all(found.sum() > 10 and inner[found].all() for found in of_axes)
+
+    wait_for(page, ".pane.seen", whole, "the knob's gizmo is cut")
+    page.locator("input[name=prop][value=crate]").check(force=True)
+    wait_for(page, ".pane.seen", whole, "the crate's gizmo is cut")
+    page.locator("input[name=prop][value=knob]").check(force=True)
+    page.locator("#stage").focus()
+    for _ in range(20):
+        page.keyboard.press("+")  # so near that the ends of the scene are out of sight
+    wait_for(page, ".pane.seen", lambda seen: not whole(seen), "one that is cut counts as whole")
 
 
 class Desk:
