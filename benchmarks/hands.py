@@ -79,9 +79,8 @@ class WarmLeastSquares:
         for step in range(self.steps + 1):
             J = np.zeros((15, 26))
             for i in range(5):
-                moved[:] = axes[i]
                 body = (self.turn, self.shift, centre)
-                place(chain, i, *body, self.q[i], turns, joints[i], moved)
+                place(chain, i, *body, axes[i], self.q[i], turns, joints[i], moved)
                 rows = slice(3 * i, 3 * i + 3)
                 arm = joints[i, 3] - centre - self.shift
                 J[rows, :3] = np.eye(3)

@@ -13,7 +13,17 @@ from playwright.sync_api import Page, expect
 from scipy.spatial.transform import Rotation
 
 import touchwarp as tw
-from tests.browser.desk import handle_of, open_page, wait_until, whole_warp
+from tests.browser.desk import (
+    HANDLES,
+    HeldBack,
+    at,
+    drawn,
+    handle_of,
+    open_page,
+    wait_for,
+    wait_until,
+    whole_warp,
+)
 from tests.browser.server import Server
 
 Serve = Callable[[Path], Server]
@@ -59,6 +69,58 @@ def test_the_gizmo_turns_about_each_axis_and_the_warp_with_it(
     desk.check_saved()
 
 
+def test_the_warp_stays_with_what_is_held_while_the_server_tells_where_it_was(
+    page: Page, serve: Serve, ball: Path
+) -> None:
+    """The scene of one drag is told during the next, when the object is elsewhere already."""
+    said = HeldBack(page)
+    said.let_through()
+    desk = Desk(page, serve(ball), "Move")
+    expect(page.locator(".checks .check").first).to_be_visible()  # nothing more is on its way
+    said.hold()
+    desk.drag("x")
+    wait_until(page, lambda: "changed" in said.kinds, "the server does not take it up")
+
+    def hear() -> None:
+        said.let_through("changed")
+        drawn(page)
+
+    desk.drag("y", held=hear)
+    said.let_through()
+    desk.check_saved()
+
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "knob_and_crate.toml"
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (960, 560), (700, 900)])
+def test_the_gizmo_of_a_small_prop_far_from_the_middle_is_whole(
+    page: Page, serve: Serve, tmp_path: Path, size: tuple[int, int]
+) -> None:
+    """Of the knob, and of the crate, whose middles are at the two ends of the scene."""
+    scene = tmp_path / EXAMPLE.name
+    scene.write_text(EXAMPLE.read_text().replace("tolerance_mm = 0.5", "tolerance_mm = 5"))
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    open_page(page, serve(scene).url)
+    page.mouse.move(*at(page, ".pane.seen", 0.5, 0.02))
+
+    def whole(seen: NDArray[np.float64]) -> bool:
+        """All three handles are to be seen, and none goes on beyond the pane's edge."""
+        inner = np.zeros(seen.shape[:2], dtype=bool)
+        inner[3:-3, 3:-3] = True
+        of_axes = [np.abs(seen - colour).max(axis=-1) < 10 for colour in HANDLES.values()]
+        return all(found.sum() > 10 and inner[found].all() for found in of_axes)
+
+    wait_for(page, ".pane.seen", whole, "the knob's gizmo is cut")
+    page.locator("input[name=prop][value=crate]").check(force=True)
+    wait_for(page, ".pane.seen", whole, "the crate's gizmo is cut")
+    page.locator("input[name=prop][value=knob]").check(force=True)
+    page.locator("#stage").focus()
+    for _ in range(20):
+        page.keyboard.press("+")  # so near that the ends of the scene are out of sight
+    wait_for(page, ".pane.seen", lambda seen: not whole(seen), "one that is cut counts as whole")
+
+
 class Desk:
     """The page, with the gizmo in one mode."""
 
@@ -72,8 +134,12 @@ class Desk:
         self._shifts: list[float] = []
         self._check_displayed()
 
-    def drag(self, axis: str) -> tuple[Numbers, Numbers]:
-        """Drag one handle; the numbers before and after. The warp follows while it is held."""
+    def drag(self, axis: str, held: Callable[[], None] = lambda: None) -> tuple[Numbers, Numbers]:
+        """Drag one handle; the numbers before and after. The warp follows while it is held.
+
+        Args:
+            held: what happens before it is let go of.
+        """
         before = self._numbers()
         page = self.page
         grip, way = handle_of(page, axis)
@@ -84,6 +150,7 @@ class Desk:
             page.mouse.move(*(grip + way * by * step / 5))
         expect(page.locator(".exactness")).to_contain_text("Live warp")
         wait_until(page, lambda: self._differs(before), f"{axis} does not move")
+        held()
         self._check_displayed()
         after = self._numbers()
         page.mouse.up()

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.browser.conftest import Enter
 from tests.browser.headset import Headset
@@ -123,6 +124,49 @@ def test_pause_show_real_recentre_and_leave(enter: Enter) -> None:
 
 def move_head(headset: Headset, place: np.ndarray) -> None:
     headset.page.evaluate("(at) => headset.device.position.set(...at)", place.tolist())
+
+
+def point(headset: Headset, at: str, distance: float = 0.4) -> None:
+    """Point with the right hand at a place of the card, given in JavaScript, from before it."""
+    place = np.array(headset.probe(f"it.room.panel.localToWorld({at}).toArray()"))
+    out = np.array(headset.probe("it.room.panel.getWorldDirection(it.head.clone()).toArray()"))
+    turn = Rotation.align_vectors([-out], [[0.0, 0.0, -1.0]])[0].as_quat()
+    headset.page.evaluate(
+        "([at, turn]) => { const ray = headset.device.hands.right;"
+        " ray.position.set(...at); ray.quaternion.set(...turn); }",
+        [(place + distance * out).tolist(), turn.tolist()],
+    )
+    headset.wait(0.1)
+
+
+def pinch(headset: Headset) -> None:
+    """As the headset tells it."""
+    for closed in (1, 0):
+        headset.page.evaluate(f"headset.device.hands.right.updatePinchValue({closed})")
+        headset.wait(0.1)
+
+
+def test_the_card_is_worked_from_afar_by_pointing_and_pinching(enter: Enter) -> None:
+    headset = enter().headset
+    headset.wait(0.2)
+    button = "it.room.panel.middleOf({!r}).clone()".format
+    assert headset.probe("it.way") == "rub"
+    point(headset, button("By places"))
+    assert headset.probe("it.way") == "rub"  # pointing alone does nothing
+    pinch(headset)
+    assert headset.probe("it.way") == "places"
+    # beside the card, on it beside its buttons, and from behind nothing is worked
+    for place, distance in (
+        (f"{button('By rubbing')}.setX(0.2)", 0.4),
+        (f"{button('By rubbing')}.setY(0.05)", 0.4),
+        (button("By rubbing"), -0.4),
+    ):
+        point(headset, place, distance)
+        pinch(headset)
+        assert headset.probe("[it.way, it.session.pauses.size]") == ["places", 0]
+    point(headset, button("By rubbing"))
+    pinch(headset)
+    assert headset.probe("it.way") == "rub"
 
 
 CONTACTS = "it.displacement.watch.audit.contacts"

@@ -8,12 +8,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from playwright.sync_api import Page
+from scipy.spatial.transform import Rotation
 
 import touchwarp as tw
 from tests.browser.conftest import MUG_SCENE, Enter
 from tests.browser.headset import RADIUS, TIPS, Headset
 from tests.browser.person import Person, RealProp, touchable
 from tests.browser.server import Server
+from tests.browser.test_xr_card import card
 
 GOAL = np.diag([1.2, 1.2, 0.6, 1.0])
 GOAL[0, 3] = 0.015
@@ -62,6 +64,46 @@ def test_by_all_fingertips_a_hand_is_not_one_piece(enter: Enter) -> None:
     real, shown = touch(person, finger=2)
     assert gaps(person, shown, finger=2).max() < 0.5e-3
     assert np.abs(sizes(shown) - sizes(real)).max() > 1e-3
+
+
+def tilt(prop: RealProp, degrees: float) -> None:
+    """The mug leans, about a level axis through its foot."""
+    turn = np.eye(4)
+    turn[:3, :3] = Rotation.from_rotvec([degrees, 0.0, 0.0], degrees=True).as_matrix()
+    foot = prop.T_room_scene[:3, 3].copy()
+    turn[:3, 3] = foot - turn[:3, :3] @ foot
+    prop.T_room_scene = turn @ prop.T_room_scene
+
+
+TURNS = "it.calibrator.calibration?.turns95.length"
+
+
+def test_a_prop_that_leans_is_found_by_six_freedoms(enter: Enter, screenshots: Path) -> None:
+    person = enter(said=("[name=tilted]",))
+    tilt(person.prop, 25.0)
+    person.rub()
+    assert person.headset.probe("it.session.phase") == "calibrate"  # it takes more touches
+    person.rub()
+    assert person.headset.probe(f"[it.session.phase, {TURNS}]") == ["verify", 3]
+    person.verify()
+    assert person.headset.probe("it.session.phase") == "immersed"
+    person.headset.await_warp()
+    person.rest(2.0)
+    _, shown = touch(person)
+    assert gaps(person, shown).max() < 0.5e-3
+    person.headset.picture(screenshots / "xr_leaning.png")
+
+
+def test_a_prop_that_leans_and_is_taken_for_upright_is_found_out(enter: Enter) -> None:
+    """The twin, what the page does unless it is asked: five touches do not fit."""
+    person = enter()
+    tilt(person.prop, 25.0)
+    for _ in range(2):
+        person.rub()
+    assert person.headset.probe(TURNS) == 1
+    person.verify()
+    assert person.headset.probe("it.session.phase") == "calibrate"
+    assert "The touches miss" in card(person.headset)[1][0]
 
 
 T_SCENE_GRIP = np.array(

@@ -153,6 +153,19 @@ def test_a_change_is_told_to_every_page(client: TestClient) -> None:
             assert not state["warp_current"]
 
 
+def test_the_page_that_asks_is_told_from_which_revision_on_it_has_its_change(
+    client: TestClient,
+) -> None:
+    change = {"kind": "change_scene", "number": 7, "mismatch_weight": 4.0}
+    with client.websocket_connect(LIVE) as socket:
+        assert socket.receive_json()["revision"] == 0
+        socket.send_json(change)
+        assert socket.receive_json()["revision"] == 1
+        assert socket.receive_json() == {"kind": "changed", "number": 7, "revision": 1}
+        socket.send_json(change | {"number": 8})  # which changes nothing: no new state is told
+        assert socket.receive_json() == {"kind": "changed", "number": 8, "revision": 1}
+
+
 def test_a_page_that_comes_late_is_told_what_failed_and_how_far_the_work_is(
     client: TestClient, served: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -20,6 +20,7 @@ from touchwarp.live.messages import (
     Acknowledged,
     Asked,
     BeginRecording,
+    Changed,
     ChangeScene,
     ChunkHeader,
     Deleted,
@@ -111,7 +112,8 @@ class Hub:
         assert self._workbench is not None
         match message:
             case ChangeScene():
-                self._workbench.change(message)
+                revision = self._workbench.change(message)
+                return Changed(number=message.number, revision=revision)
             case SaveScene():
                 self._workbench.save()
             case BeginRecording() | EndRecording():

@@ -162,6 +162,14 @@ class Failed(Message):
     reason: str
 
 
+class Changed(Message):
+    """The change of this number was taken up: states of this revision, or newer, hold it."""
+
+    kind: Literal["changed"] = "changed"
+    number: int
+    revision: int
+
+
 class Saved(Message):
     """The scene file now holds the changed scene."""
 
@@ -203,16 +211,22 @@ class Refused(Message):
     reason: str
 
 
-FromServer = SceneState | Progress | Failed | Saved | Acknowledged | Finished | Deleted | Refused
+FromServer = (
+    SceneState | Progress | Failed | Changed | Saved | Acknowledged | Finished | Deleted | Refused
+)
 
 
 # ------------------------------------------------------------------------------ what the page asks
 
 
 class ChangeScene(Message):
-    """Change the scene and solve it anew; what is not given stays."""
+    """Change the scene and solve it anew; what is not given stays.
+
+    `number` is the page's own, for the answer to repeat.
+    """
 
     kind: Literal["change_scene"] = "change_scene"
+    number: Annotated[int, Field(ge=0)] = 0
     mismatch_weight: Annotated[float, Field(ge=0.0, le=1e6)] | None = None
     goals: dict[str, Placement] = {}
     poses: dict[str, Pose] = {}

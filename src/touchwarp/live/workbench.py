@@ -147,8 +147,8 @@ class Workbench:
         """A packed surface by its key; earlier ones too, as with files."""
         return self._surfaces.get(key)
 
-    def change(self, change: ChangeScene) -> None:
-        """Change the scene and begin to solve it anew.
+    def change(self, change: ChangeScene) -> int:
+        """Change the scene and begin to solve it anew; the revision from which states hold it.
 
         Raises:
             SceneError, GoalError: the changed scene is no usable one; nothing is changed.
@@ -160,23 +160,24 @@ class Workbench:
                 mismatch_weight=change.mismatch_weight, goals=change.goals, poses=change.poses
             )
             if document.text == self._document.text:
-                return
+                return self._revision
             picture = picture_of(document.scene, self._picture)
             validate(document.scene, goals(document.scene))  # told at once, not by the solve
             same_fields = not change.poses and change.mismatch_weight is None
             self._document, self._picture = document, picture
             self._surfaces |= picture.surfaces
-            self._revision += 1
+            self._revision = revision = self._revision + 1
             self._news.clear()
             if self._bases is not None:
                 if same_fields:
-                    self._bases = (self._revision, *self._bases[1:])
+                    self._bases = (revision, *self._bases[1:])
                 else:
                     self._bases = None
             if not same_fields:
                 self._solver = None
             self._changed.notify_all()
         self._publish(self.state)
+        return revision
 
     def save(self) -> None:
         """Write the changed scene back to its file.

@@ -105,10 +105,4 @@ for (const [name, options] of Object.entries(ways)) {
     }
   };
   show(`two hands: ${name}`, best(frame, 10), 200);
-  const before = process.memoryUsage().heapUsed;
-  for (let n = 0; n < 2000; n++) {
-    frame();
-  }
-  const grown = (process.memoryUsage().heapUsed - before) / 2000;
-  console.log(`${"".padEnd(48)} ${Math.max(0, grown).toFixed(0).padStart(8)} bytes a frame`);
 }

@@ -14,6 +14,8 @@ export class Lookup {
   /** Rotation table to room (9, row by row), origin (3), root brick's sides (3), mirror depth. */
   private readonly frame = new Float64Array(16);
   private readonly place = new Float64Array(3);
+  /** u in table axes, and how much of it is left with depth under a sliding plane. */
+  private readonly shift = new Float64Array(4);
   private readonly slope = new Float64Array(9);
   private readonly turned = new Float64Array(9);
   private brick = -1;
@@ -68,7 +70,7 @@ export class Lookup {
    */
   evaluate(x: Points, displayed: boolean, out: Points | null, slopes: Points | null): void {
     const { slot, values, channels } = this.bricks;
-    const { frame: R, mix, place, slope } = this;
+    const { frame: R, mix, place, shift, slope } = this;
     const depth = R[15]!;
     const line = LINE * channels;
     const sheet = SHEET * channels;
@@ -89,7 +91,10 @@ export class Lookup {
         fade = 1 - tz / depth;
         turn = -1;
       }
-      this.locate(tx, ty, tz);
+      place[0] = tx;
+      place[1] = ty;
+      place[2] = tz;
+      this.locate();
       let u0 = 0;
       let u1 = 0;
       let u2 = 0;
@@ -151,7 +156,11 @@ export class Lookup {
       const lost = Number.isNaN(px) || Number.isNaN(py) || Number.isNaN(pz);
       const unknown = lost || (this.brick >= 0 && row < 0);
       if (slopes) {
-        this.writeSlope(slopes, 3 * n, row >= 0, turn, fade, u0, u1, u2);
+        shift[0] = u0;
+        shift[1] = u1;
+        shift[2] = u2;
+        shift[3] = fade;
+        this.writeSlope(slopes, 3 * n, row >= 0, turn);
         if (unknown) {
           slopes.fill(Number.NaN, 3 * n, 3 * n + 9);
         }
@@ -170,18 +179,10 @@ export class Lookup {
     }
   }
 
-  /** ∂f/∂x in room axes from the slope in the cell: Lookup.slope holds ∂u/∂(place), row by row. */
-  private writeSlope(
-    slopes: Points,
-    at: number,
-    inside: boolean,
-    turn: number,
-    fade: number,
-    u0: number,
-    u1: number,
-    u2: number,
-  ): void {
-    const { frame: R, slope } = this;
+  /** ∂f/∂x in room axes from `shift` and the slope in the cell, ∂u/∂(place), row by row. */
+  private writeSlope(slopes: Points, at: number, inside: boolean, turn: number): void {
+    const { frame: R, shift, slope } = this;
+    const fade = shift[3]!;
     if (!inside) {
       for (let e = 0; e < 9; e++) {
         slopes[at + e] = e % 4 === 0 ? 1 : 0;
@@ -197,9 +198,9 @@ export class Lookup {
     }
     if (turn < 0) {
       const depth = R[15]!;
-      slope[2] = u0 / depth - slope[2]!;
-      slope[5] = u1 / depth - slope[5]!;
-      slope[8] = u2 / depth - slope[8]!;
+      slope[2] = shift[0]! / depth - slope[2]!;
+      slope[5] = shift[1]! / depth - slope[5]!;
+      slope[8] = shift[2]! / depth - slope[8]!;
     }
     const { turned } = this;
     for (let d = 0; d < 3; d++) {
@@ -221,15 +222,19 @@ export class Lookup {
     }
   }
 
-  /** The deepest brick at (p, q, r) m, table frame, its level, and the place in it, 0 to 1. */
-  private locate(p: number, q: number, r: number): void {
+  /**
+   * The deepest brick at `place` (m, table frame), its level, and the place in it, 0 to 1. By an
+   * array, here and for slopes: numbers handed to a function are allocated one by one.
+   */
+  private locate(): void {
+    const { place } = this;
     const { root, child, rootShape } = this.bricks;
     const nx = rootShape[0]!;
     const ny = rootShape[1]!;
     const nz = rootShape[2]!;
-    let a = p / this.frame[12]!;
-    let b = q / this.frame[13]!;
-    let c = r / this.frame[14]!;
+    let a = place[0]! / this.frame[12]!;
+    let b = place[1]! / this.frame[13]!;
+    let c = place[2]! / this.frame[14]!;
     this.brick = -1;
     this.level = 0;
     if (!(a >= 0 && a <= nx && b >= 0 && b <= ny && c >= 0 && c <= nz)) {
@@ -260,9 +265,9 @@ export class Lookup {
       c = 2 * c - k;
     }
     this.brick = brick;
-    this.place[0] = a;
-    this.place[1] = b;
-    this.place[2] = c;
+    place[0] = a;
+    place[1] = b;
+    place[2] = c;
   }
 }
 

@@ -140,7 +140,14 @@ export class Desk {
     } else if (message.kind === "state") {
       this.#takeOver();
     }
+    if (message.kind === "state" || message.kind === "changed") this.#settle();
     this.#askPanel();
+  }
+
+  /** Once the server has all that was moved, what it tells is shown: others may have moved it on. */
+  #settle(): void {
+    const { changes, state, tables } = this.#context;
+    if (tables.moved && state.solvable && !changes.pending) this.#takeBack();
   }
 
   /** A new state: other goals, a new warp, a new certificate. */
@@ -172,8 +179,9 @@ export class Desk {
     this.stage.draw();
   }
 
-  /** What was moved goes back to where the server has it. */
+  /** What was moved goes to where the server has it; what is held is asked for when it is let go. */
   #takeBack(): void {
+    if (this.#gizmo.dragging) return;
     const { state, tables } = this.#context;
     tables.restore(state);
     this.#takeOver();

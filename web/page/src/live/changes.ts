@@ -1,15 +1,15 @@
 import type { Connection } from "./connection.js";
 import type { ChangeScene, FromServer } from "./messages.js";
 
-type Change = Omit<ChangeScene, "kind">;
+type Change = Omit<ChangeScene, "kind" | "number">;
 
 /**
  * How far the last change has come: it waits for the server, is on its way, or the server has told
  * a scene that holds it. What was on its way when the connection changed may be lost: it waits again.
  *
- *     waiting ──server met──▶ sent ──newer scene, or refused──▶ arrived
- *        ▲                     │                                  │
- *        └──connection changes─┴───────server begun anew──────────┘
+ *     waiting ──server met──▶ sent ──its scene, or refused──▶ arrived
+ *        ▲                     │                                │
+ *        └──connection changes─┴──────server begun anew─────────┘
  */
 type Delivery = "waiting" | "sent" | "arrived";
 
@@ -24,6 +24,10 @@ export class Changes {
   /** Whether it has told its scene since the connection changed. */
   #server: "away" | "met" = "away";
   #revision = -1;
+  /** The number of the change sent last. */
+  #number = 0;
+  /** From which revision on the server has that; until it tells, none. */
+  #taken = Number.POSITIVE_INFINITY;
   #save: "none" | "wanted" = "none";
 
   constructor(readonly connection: Connection | null) {
@@ -32,6 +36,11 @@ export class Changes {
       this.#server = "away";
       if (this.#delivery === "sent") this.#delivery = "waiting";
     });
+  }
+
+  /** Whether the scene that the server has told may be older than what the person has changed. */
+  get pending(): boolean {
+    return this.#delivery !== "arrived";
   }
 
   /** Change the scene; what is not given stays. */
@@ -52,15 +61,23 @@ export class Changes {
       this.#unsaved = {};
       this.#delivery = "arrived";
     }
+    if (message.kind === "changed" && message.number === this.#number) {
+      this.#taken = message.revision;
+      this.#arrive();
+    }
     if (message.kind !== "state") return;
     const { revision, unsaved } = message;
     const anew = revision < this.#revision;
-    if (revision > this.#revision && this.#delivery === "sent") this.#delivery = "arrived";
     this.#revision = revision;
+    this.#arrive();
     this.#server = "met";
     if (anew || this.#delivery === "waiting") this.#send(this.#unsaved);
     else if (!unsaved && this.#delivery === "arrived") this.#unsaved = {};
     if (this.#save === "wanted") this.save();
+  }
+
+  #arrive(): void {
+    if (this.#delivery === "sent" && this.#revision >= this.#taken) this.#delivery = "arrived";
   }
 
   #send(change: Change): void {
@@ -68,7 +85,9 @@ export class Changes {
       this.#delivery = "arrived";
       return;
     }
-    const sent = this.connection?.send({ kind: "change_scene", ...change });
+    const number = ++this.#number;
+    this.#taken = Number.POSITIVE_INFINITY;
+    const sent = this.connection?.send({ kind: "change_scene", number, ...change });
     const waits = sent === false || (this.#delivery === "waiting" && change !== this.#unsaved);
     this.#delivery = waits ? "waiting" : "sent";
   }

@@ -114,6 +114,13 @@ export interface Failed {
   readonly reason: string;
 }
 
+/** The change of this number was taken up: states of this revision, or newer, hold it. */
+export interface Changed {
+  readonly kind: "changed";
+  readonly number: number;
+  readonly revision: number;
+}
+
 /** The scene file now holds the changed scene. */
 export interface Saved {
   readonly kind: "saved";
@@ -150,6 +157,7 @@ export interface Refused {
 /** Change the scene and solve it anew; what is not given stays. */
 export interface ChangeScene {
   readonly kind: "change_scene";
+  readonly number?: number;
   readonly mismatch_weight?: number | null;
   readonly goals?: Readonly<Record<string, Placement>>;
   readonly poses?: Readonly<Record<string, Pose>>;
@@ -187,6 +195,6 @@ export interface ChunkHeader {
   readonly notes?: readonly string[];
 }
 
-export type FromServer = SceneState | Progress | Failed | Saved | Acknowledged | Finished | Deleted | Refused;
+export type FromServer = SceneState | Progress | Failed | Changed | Saved | Acknowledged | Finished | Deleted | Refused;
 
 export type FromPage = ChangeScene | SaveScene | BeginRecording | EndRecording;

@@ -36,9 +36,10 @@ export class Tables {
   #bases: Held<AffineBases> | null = null;
   #instant: AffineWarp | null = null;
   #goals = new Map<string, Float64Array>();
+  /** Props whose goal was moved here, and which no state has told so yet. */
+  #moved = new Set<string>();
   #scene = "";
   #stand = "";
-  #moved = false;
   #warpCurrent = false;
   #listeners = new Set<() => void>();
 
@@ -71,19 +72,21 @@ export class Tables {
     return this.#instant !== null;
   }
 
-  /** Take over what a new state names. */
+  /** Whether anything is displayed where no state has told it. */
+  get moved(): boolean {
+    return this.#moved.size > 0;
+  }
+
+  /** Take over what a new state names; what was moved here stays until a state tells it so. */
   update(state: SceneState): void {
     this.problem = null; // what failed is asked for again, or no longer wanted
     this.#warpCurrent = state.warp_current;
     const stand = JSON.stringify(state.props.map(({ pose, surface }) => [pose, surface]));
-    const scene = JSON.stringify([stand, state.props.map(({ goal }) => goal)]);
-    if (scene !== this.#scene) {
-      this.#scene = scene;
-      if (stand !== this.#stand || !this.#isShown(state)) this.#takeGoals(state);
-      this.#stand = stand;
-    }
-    // a state from before the last move says nothing of what is shown now
-    if (state.warp_current && this.#isShown(state)) this.#moved = false;
+    this.#scene = JSON.stringify([stand, state.props.map(({ goal }) => goal)]);
+    if (stand !== this.#stand) this.#moved.clear();
+    for (const prop of state.props) if (this.shows(prop)) this.#moved.delete(prop.name);
+    if (stand !== this.#stand || !this.#isShown(state)) this.#takeGoals(state);
+    this.#stand = stand;
     if (state.warp !== null && state.warp_current) this.#hold(state.warp);
     if (state.bases === null) {
       this.#bases = this.#instant = null;
@@ -93,17 +96,16 @@ export class Tables {
     this.#choose();
   }
 
-  /** Take back what was moved since the state was told. */
+  /** Show what a state tells, whatever was moved here: it is newer, or that was refused. */
   restore(state: SceneState): void {
-    this.#takeGoals(state);
-    this.#moved = false;
-    this.#choose();
+    this.#moved.clear();
+    this.update(state);
   }
 
   /** Show a prop's virtual object elsewhere, at once. */
   setGoal(prop: string, goal: Float64Array): void {
     this.#goals.set(prop, goal);
-    this.#moved = true;
+    this.#moved.add(prop);
     this.generation++;
     this.#instant?.setGoal(prop, goal);
     this.#choose();
@@ -123,14 +125,15 @@ export class Tables {
     );
   }
 
+  /** Whether a state tells nothing new; of what was moved here it may tell what was before that. */
   #isShown(state: SceneState): boolean {
-    return state.props.every((prop) => this.shows(prop));
+    return state.props.every((prop) => this.#moved.has(prop.name) || this.shows(prop));
   }
 
   #takeGoals(state: SceneState): void {
     this.generation++;
-    for (const prop of state.props) {
-      if (prop.goal !== null) this.#goals.set(prop.name, columns(prop.goal));
+    for (const { name, goal } of state.props) {
+      if (goal !== null && !this.#moved.has(name)) this.#goals.set(name, columns(goal));
     }
   }
 
@@ -153,7 +156,7 @@ export class Tables {
       this.#next = null;
     }
     const warp = this.#warp;
-    const holds = warp?.table != null && warp.scene === this.#scene && !this.#moved;
+    const holds = warp?.table != null && warp.scene === this.#scene && this.#moved.size === 0;
     // Of another λ, or of bases, a warp holds in contact but is not the one that is asked for.
     const asked = holds && this.#warpCurrent && this.#next === null;
     if (!asked && this.#instant !== null) {

@@ -69,7 +69,7 @@ export function instruct(session: Session, calibrator: Calibrator, facts: Facts)
       };
     case "verify":
       return {
-        title: `Touch the ${name} in ${calibrator.touchesLeft} more places`,
+        title: `Touch the ${name} in ${places(calibrator.touchesLeft)}`,
         lines: [
           ...trouble,
           "Index fingertip on it, pinch with the other hand, wait a moment, let go. Each time at another place.",
@@ -161,6 +161,10 @@ export function measuresOf(
       share: half / limits.turn,
     })),
   ];
+}
+
+function places(count: number): string {
+  return count === 1 ? "one more place" : `${count} more places`;
 }
 
 /** Up, so that what is shown holds no less than what was found. */

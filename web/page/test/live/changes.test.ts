@@ -36,12 +36,50 @@ beforeEach(() => {
 const state = (revision: number, unsaved: boolean) =>
   ({ kind: "state", revision, unsaved }) as unknown as FromServer;
 
+/** The server tells a scene, and that it holds the last change. */
+const arrive = (revision: number, number: number) => {
+  hear(state(revision, true));
+  hear({ kind: "changed", number, revision });
+};
+
 describe("changes of the scene", () => {
   it("are sent at once, and once", () => {
     changes.ask({ mismatch_weight: 3 });
-    hear(state(1, true));
+    arrive(1, 1);
     hear(state(2, true));
-    expect(sent).toEqual([{ kind: "change_scene", mismatch_weight: 3 }]);
+    expect(sent).toEqual([{ kind: "change_scene", number: 1, mismatch_weight: 3 }]);
+  });
+
+  it("are pending until the server tells a scene that holds the last of them", () => {
+    hear(state(0, false));
+    changes.ask({ goals: { mug: placed(1) } });
+    changes.ask({ goals: { mug: placed(2) } });
+    arrive(1, 1); // of the first
+    expect(changes.pending).toBe(true);
+    hear({ kind: "changed", number: 2, revision: 2 }); // taken up, and its scene is on its way
+    expect(changes.pending).toBe(true);
+    hear(state(2, true));
+    expect(changes.pending).toBe(false);
+    changes.ask({ goals: { mug: placed(2) } }); // which changes nothing
+    expect(changes.pending).toBe(true);
+    hear({ kind: "changed", number: 3, revision: 2 });
+    expect(changes.pending).toBe(false);
+  });
+
+  it("are sent again if only those before them arrived as the connection closed", () => {
+    hear(state(0, false));
+    changes.ask({ goals: { mug: placed(1) } });
+    changes.ask({ mismatch_weight: 3 });
+    arrive(1, 1);
+    tellStatus(false);
+    tellStatus(true);
+    hear(state(1, true));
+    expect(sent.at(-1)).toEqual({
+      kind: "change_scene",
+      number: 3,
+      goals: { mug: placed(1) },
+      mismatch_weight: 3,
+    });
   });
 
   it("that are made while the server is gone are sent when it is back, the last of each", () => {
@@ -53,24 +91,26 @@ describe("changes of the scene", () => {
     expect(sent).toEqual([]);
     open = true;
     hear(state(4, false));
-    expect(sent).toEqual([{ kind: "change_scene", goals: { mug: placed(2) }, mismatch_weight: 5 }]);
+    const all = { goals: { mug: placed(2) }, mismatch_weight: 5 };
+    expect(sent).toEqual([{ kind: "change_scene", number: 4, ...all }]);
   });
 
   it("that were not saved are sent again to a server that has begun anew", () => {
     changes.ask({ goals: { mug: placed(1) } });
-    hear(state(1, true));
+    arrive(1, 1);
     changes.ask({ goals: { cup: placed(2) } });
-    hear(state(2, true));
+    arrive(2, 2);
     hear(state(0, false));
     expect(sent.at(-1)).toEqual({
       kind: "change_scene",
+      number: 3,
       goals: { mug: placed(1), cup: placed(2) },
     });
   });
 
   it("that were saved, or refused, are not", () => {
     changes.ask({ goals: { mug: placed(1) } });
-    hear(state(1, true));
+    arrive(1, 1);
     hear(state(1, false)); // saved
     hear(state(0, false));
     changes.ask({ goals: { mug: placed(9) } });
@@ -86,8 +126,9 @@ describe("changes of the scene", () => {
     tellStatus(false);
     tellStatus(true);
     hear(state(0, false));
-    expect(sent).toEqual(Array(2).fill({ kind: "change_scene", mismatch_weight: 3 }));
-    hear(state(1, true)); // they have arrived
+    const again = (number: number) => ({ kind: "change_scene", number, mismatch_weight: 3 });
+    expect(sent).toEqual([1, 2].map(again));
+    arrive(1, 2);
     tellStatus(false);
     tellStatus(true);
     hear(state(1, true));
@@ -101,13 +142,14 @@ describe("changes of the scene", () => {
     tellStatus(false);
     tellStatus(true);
     hear(state(3, false));
-    expect(sent).toEqual(Array(2).fill({ kind: "change_scene", mismatch_weight: 3 }));
+    const again = (number: number) => ({ kind: "change_scene", number, mismatch_weight: 3 });
+    expect(sent).toEqual([1, 2].map(again));
   });
 
   it("are saved once the server has them all", () => {
     hear(state(0, false));
     changes.ask({ mismatch_weight: 3 });
-    hear(state(1, true));
+    arrive(1, 1);
     open = false;
     tellStatus(false);
     changes.ask({ mismatch_weight: 4 });
@@ -117,7 +159,7 @@ describe("changes of the scene", () => {
     changes.save(); // it is back, but has not told its scene
     hear(state(0, false));
     expect(sent.slice(1)).toEqual([
-      { kind: "change_scene", mismatch_weight: 4 },
+      { kind: "change_scene", number: 3, mismatch_weight: 4 },
       { kind: "save_scene" },
     ]);
     hear(state(1, true));

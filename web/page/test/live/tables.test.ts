@@ -1,4 +1,4 @@
-import type { AffineBases, openWarp, Warp } from "touchwarp";
+import type { AffineBases, Matrix, openWarp, Warp } from "touchwarp";
 import { beforeEach, describe, expect, it } from "vitest";
 import type { SceneState, WarpFile } from "../../src/live/messages.js";
 import { columns, Tables } from "../../src/live/tables.js";
@@ -148,7 +148,7 @@ describe("the warp in use", () => {
     requests[1]!.come(basesNamed(0.5));
     await settle();
     expect([tables.file?.identity, tables.exact, tables.instant]).toEqual(["old", true, true]);
-    tables.setGoal("mug", new Float64Array(16).fill(2));
+    tables.setGoal("mug", columns(matrix(0.01)));
     expect([tables.file?.identity, tables.exact, tables.errorMm]).toEqual(["bases", false, 0.5]);
     tables.update(state(0.01, { warp: file("new"), warp_current: true, bases: file("bases") }));
     const fresh = warpNamed("new") as unknown as { levelsLoaded: number };
@@ -225,6 +225,42 @@ describe("the warp in use", () => {
     requests[2]!.finish();
     await settle();
     expect(tables.exact).toBe(true);
+  });
+
+  it("stays where it was moved to when a state tells an earlier move", async () => {
+    const at = (shift: number) => state(shift, { bases: file("bases") });
+    tables.update(at(0));
+    const bases = basesNamed();
+    requests[0]!.come(bases);
+    await settle();
+    const shown = () =>
+      (bases.warp() as unknown as { goals: Map<string, Matrix> }).goals.get("mug");
+    tables.setGoal("mug", columns(matrix(0.01))); // let go of, and taken up again
+    tables.setGoal("mug", columns(matrix(0.03)));
+    const { generation } = tables;
+    tables.update(at(0.01));
+    expect([tables.goal("mug")![12], shown()![12], tables.moved]).toEqual([0.03, 0.03, true]);
+    expect(tables.generation).toBe(generation);
+    tables.update(at(0.03));
+    expect([tables.goal("mug")![12], tables.moved]).toEqual([0.03, false]);
+    tables.update(at(0.05)); // somebody else's
+    expect([tables.goal("mug")![12], shown()![12]]).toEqual([0.05, 0.05]);
+  });
+
+  it("follows what is told of other props while one is moved", () => {
+    const both = (mug: number, cup: number) =>
+      state(0, {
+        props: [
+          { name: "mug", goal: matrix(mug), pose: {}, surface: "./mug" },
+          { name: "cup", goal: matrix(cup), pose: {}, surface: "./cup" },
+        ],
+      } as unknown as Partial<SceneState>);
+    tables.update(both(0, 0));
+    tables.setGoal("mug", columns(matrix(0.03)));
+    tables.update(both(0.01, 0.02));
+    expect([tables.goal("mug")![12], tables.goal("cup")![12]]).toEqual([0.03, 0.02]);
+    tables.restore(both(0.04, 0.02)); // the server had the move, and has another since
+    expect([tables.goal("mug")![12], tables.moved]).toEqual([0.04, false]);
   });
 
   it("tells no problem of a file that is no longer wanted", async () => {

@@ -20,20 +20,23 @@ export function turnAbout(axis: Float64Array, at: number, angle: number, R: Floa
 }
 
 /**
- * out = T R, R the rotation by `angle` about the unit axis a at `axis[at…]`, and moved[at…] = T a.
+ * out = T R, R the rotation by the n-th angle about the n-th of the unit axes a, and moved's n-th
+ * three = T a.
  *
- * Row by row, t R = cos t + sin (t × a) + (1 − cos) (t · a) a. out is not T.
+ * Row by row, t R = cos t + sin (t × a) + (1 − cos) (t · a) a. out is not T. The angle comes in its
+ * array, since a number that is handed over by itself is allocated.
  */
 export function turnOn(
   T: Float64Array,
   axis: Float64Array,
-  at: number,
-  angle: number,
+  angles: Float64Array,
+  n: number,
   out: Float64Array,
   moved: Float64Array,
 ): void {
-  const c = Math.cos(angle);
-  const s = Math.sin(angle);
+  const at = 3 * n;
+  const c = Math.cos(angles[n]!);
+  const s = Math.sin(angles[n]!);
   const x = axis[at]!;
   const y = axis[at + 1]!;
   const z = axis[at + 2]!;

@@ -116,10 +116,10 @@ export class HandSolver {
     const at = 12 * finger;
     const n = 4 * finger;
     const [base, middle, last] = turns;
-    turnOn(palmTurn, axes, at, q[n]!, between, moved); // what the axis of abduction turns with
-    turnOn(between, axes, at + 3, q[n + 1]!, base, moved);
-    turnOn(base, axes, at + 6, q[n + 2]!, middle, moved);
-    turnOn(middle, axes, at + 9, q[n + 3]!, last, moved);
+    turnOn(palmTurn, axes, q, n, between, moved); // what the axis of abduction turns with
+    turnOn(between, axes, q, n + 1, base, moved);
+    turnOn(base, axes, q, n + 2, middle, moved);
+    turnOn(middle, axes, q, n + 3, last, moved);
     const x = chain[at]! - centre[0]!;
     const y = chain[at + 1]! - centre[1]!;
     const z = chain[at + 2]! - centre[2]!;
