@@ -51,7 +51,11 @@ SETTINGS: dict[str, dict[str, list[dict[str, float]]]] = {
     },
     "mug": {
         "touchwarp": [{"tolerance-mm": t} for t in (1, 0.5, 0.2, 0.1)],
-        "NGSolve": [{"edge-mm": 2, "far-mm": 80, "grading": g} for g in (0.4, 0.3, 0.22)],
+        "NGSolve": [
+            *({"edge-mm": 2, "far-mm": 80, "grading": g} for g in (0.4, 0.3, 0.22)),
+            {"edge-mm": 1.5, "far-mm": 60, "grading": 0.15},
+            {"face-mm": 8},
+        ],
         "scikit-fem": [{"edge-mm": 2, "far-mm": 80, "grading": g} for g in (0.4, 0.3, 0.22)],
     },
 }

@@ -16,13 +16,11 @@ import time
 from pathlib import Path
 
 import igl
-import netgen.meshing as meshing
 import ngsolve as ng
 import numpy as np
 import trimesh
 from case import Case
-from ngsolve_peer import solve_laplace
-from surfaces import split_triangles
+from ngsolve_peer import mesh_around, solve_laplace
 
 import touchwarp as tw
 from touchwarp.goals import outer_box
@@ -66,23 +64,6 @@ def scatter_points(
         points = np.concatenate([points, x[kept]])
         distances = np.concatenate([distances, distance[kept]])
     return points[:count], distances[:count]
-
-
-def mesh_around(case: Case, face_mm: float, kept: Path) -> ng.Mesh:
-    """Tetrahedra between box and mug, mm, from the file `kept` if it is there."""
-    if not kept.exists():
-        prop = trimesh.load(split_triangles(trimesh.load(case.mesh), face_mm, case.mesh))
-        box = trimesh.creation.box(bounds=1e3 * case.box).subdivide().subdivide().subdivide()
-        points = np.concatenate([box.vertices, prop.vertices])
-        sides = np.concatenate([box.faces, prop.faces[:, ::-1] + len(box.vertices)])
-        mesh = meshing.Mesh(dim=3)
-        mesh.AddPoints(np.ascontiguousarray(points))
-        mesh.Add(meshing.FaceDescriptor(surfnr=1, domin=1, domout=0, bc=1))
-        mesh.AddElements(dim=2, index=1, data=sides.astype(np.int32), base=0)
-        mesh.SetMaterial(1, "space")
-        mesh.GenerateVolumeMesh(meshing.MeshingParameters(maxh=60, grading=0.4, optsteps3d=2))
-        mesh.Save(str(kept))
-    return ng.Mesh(str(kept))
 
 
 def solve(
@@ -130,7 +111,10 @@ def main() -> None:
         case = mug_case(Path(folder))
         surface = make_shape("mug", {})
         points, distance = scatter_points(surface, case.box, options.points)
-        mesh = mesh_around(case, options.face_mm, options.o.with_suffix(".vol"))
+        kept = options.o.with_suffix(".vol")
+        if not kept.exists():
+            mesh_around(case, options.face_mm).Save(str(kept))
+        mesh = ng.Mesh(str(kept))
         fields, coarse = solve(mesh, case, points)
         finer = split_worst(mesh, fields, options.share, options.o.with_suffix(".fine.vol"))
         fine = solve(finer, case, points)[1]
