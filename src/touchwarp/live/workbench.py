@@ -273,8 +273,7 @@ class Workbench:
         if self._solver is None:
             self._solver = WarpSolver(scene, progress=tell)
             return self._solver.solve()
-        self._solver._tell = tell
-        return self._solver.solve({prop.name: prop.goal for prop in scene.props})
+        return self._solver.solve({prop.name: prop.goal for prop in scene.props}, progress=tell)
 
     def _accept(
         self,
