@@ -67,6 +67,14 @@
     },
   });
 
+  // The emulator tells `select` as a pinch closes; a headset tells it as one opens, before `selectend`.
+  const { dispatchEvent } = sessions;
+  sessions.dispatchEvent = function (event) {
+    if (event.type === "select") return true;
+    if (event.type === "selectend") dispatchEvent.call(this, new event.constructor("select", event));
+    return dispatchEvent.call(this, event);
+  };
+
   // A joint that is lost has no pose, which the emulator never says of its own accord.
   const lost = new Set();
   const frames = IWER.XRFrame.prototype;

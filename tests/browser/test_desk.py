@@ -346,6 +346,7 @@ def test_the_page_is_there_before_its_scene(page: Page, ball_server: Server) -> 
     page.goto(ball_server.url)
     expect(page.locator("#loading")).to_have_text("Loading the scene …")
     wait_until(page, lambda: asked, "the scene is not asked for")
+    expect(page.locator("#loading")).to_contain_text("Its goal may take a minute to make")
     asked[0].continue_()
     page.wait_for_selector("body[data-ready]")
     expect(page.locator("#loading")).to_have_count(0)

@@ -6,6 +6,7 @@ import functools
 import http.server
 import itertools
 import json
+import re
 import threading
 import zipfile
 from collections.abc import Callable, Iterator
@@ -203,6 +204,9 @@ def test_a_recording_is_replayed(page: Page, ball_server: Server) -> None:
     expect(moment).to_be_visible()
     expect(page.locator("button[name=play]")).to_have_text("Play")
     assert int(moment.input_value()) == int(moment.get_attribute("max") or 0) > 10
+    expect(page.locator(".replayed")).to_have_text("P8")
+    now, end = re.findall(r"\d+\.\d", page.locator("header output").inner_text())
+    assert now == end != "0.0"
     page.locator("button[name=close-replay]").click()
     expect(page.locator("button[name=record]")).to_be_visible()
 

@@ -126,23 +126,28 @@ def move_head(headset: Headset, place: np.ndarray) -> None:
     headset.page.evaluate("(at) => headset.device.position.set(...at)", place.tolist())
 
 
-def point(headset: Headset, at: str, distance: float = 0.4) -> None:
-    """Point with the right hand at a place of the card, given in JavaScript, from before it."""
+def point(headset: Headset, at: str, distance: float = 0.4, side: str = "right") -> None:
+    """Point with a hand at a place of the card, given in JavaScript, from before it."""
     place = np.array(headset.probe(f"it.room.panel.localToWorld({at}).toArray()"))
     out = np.array(headset.probe("it.room.panel.getWorldDirection(it.head.clone()).toArray()"))
     turn = Rotation.align_vectors([-out], [[0.0, 0.0, -1.0]])[0].as_quat()
     headset.page.evaluate(
-        "([at, turn]) => { const ray = headset.device.hands.right;"
+        "([side, at, turn]) => { const ray = headset.device.hands[side];"
         " ray.position.set(...at); ray.quaternion.set(...turn); }",
-        [(place + distance * out).tolist(), turn.tolist()],
+        [side, (place + distance * out).tolist(), turn.tolist()],
     )
     headset.wait(0.1)
 
 
+def close(headset: Headset, side: str, closed: int) -> None:
+    """Begin a pinch or end it, as the headset tells it."""
+    headset.page.evaluate(f"headset.device.hands.{side}.updatePinchValue({closed})")
+
+
 def pinch(headset: Headset) -> None:
-    """As the headset tells it."""
+    """Briefly."""
     for closed in (1, 0):
-        headset.page.evaluate(f"headset.device.hands.right.updatePinchValue({closed})")
+        close(headset, "right", closed)
         headset.wait(0.1)
 
 
@@ -167,6 +172,33 @@ def test_the_card_is_worked_from_afar_by_pointing_and_pinching(enter: Enter) -> 
     point(headset, button("By rubbing"))
     pinch(headset)
     assert headset.probe("it.way") == "rub"
+
+
+def test_a_pinch_is_either_a_stroke_or_works_the_card(enter: Enter) -> None:
+    person = enter()
+    headset = person.headset
+    headset.wait(0.2)
+    closed, opened = headset.pinching("left", AWAY), headset.open_hand("left", AWAY)
+
+    def pinch_while_touching(label: str, frames: int) -> None:
+        """The left hand points at a button all the time, the right index finger rubs the mug."""
+        turn = np.linspace(-2.6, 2.6, frames)
+        ring = [0.2 * np.cos(turn), 0.2 * np.sin(turn), np.full(frames, 0.05)]
+        hands = person.touching(np.transpose(ring))
+        point(headset, f"it.room.panel.middleOf({label!r}).clone()", side="left")
+        close(headset, "left", 1)
+        headset.step([{"left": closed, "right": hand} for hand in hands])
+        close(headset, "left", 0)
+        headset.step([{"left": opened, "right": hands[-1]}] * 3)
+        headset.settle()
+
+    counts = "[it.calibrator.strokes, it.calibrator.strokeLength]"
+    pinch_while_touching("Leave", 100)
+    assert headset.probe("it.session.phase") == "calibrate"
+    assert headset.probe(counts) == [1, 0]
+    pinch_while_touching("By places", 20)
+    assert headset.probe("it.way") == "places"
+    assert headset.probe(counts) == [1, 0]
 
 
 CONTACTS = "it.displacement.watch.audit.contacts"

@@ -165,6 +165,37 @@ def test_a_change_stops_the_work_that_it_makes_worthless(
         bench.close()
 
 
+def test_states_are_told_in_their_order(
+    ball_path: Path, tmp_path: Path, told: Told, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where the scene changes while the thread, which is slow, tells of the one before."""
+    tells, overtaken = threading.Event(), threading.Event()
+
+    def failing(scene: object, tolerance_mm: float, progress: object) -> None:
+        raise SolveError("no room")
+
+    def publish(message: FromServer) -> None:
+        if isinstance(message, SceneState):
+            if threading.current_thread().name != "workbench":
+                overtaken.set()
+            elif not tells.is_set():
+                tells.set()
+                overtaken.wait(2.0)
+        told(message)
+
+    monkeypatch.setattr(workbench_module, "solve_bases", failing)
+    bench = open_workbench(ball_path, tmp_path, publish)
+    try:
+        bench.start()
+        assert tells.wait(60)
+        bench.change(ChangeScene(goals={"ball": MOVED}))
+    finally:
+        bench.close()
+    revisions = [message.revision for message in told if isinstance(message, SceneState)]
+    assert revisions[:2] == [0, 1]
+    assert revisions == sorted(revisions)
+
+
 def test_a_warp_without_its_meshes_is_seen_but_not_changed(
     ball_table: TableWarp, tmp_path: Path, told: Told
 ) -> None:

@@ -66,3 +66,21 @@ def test_bases_state_the_error_at_the_far_end_of_their_range():
 def test_bases_keep_to_the_memory_allowed():
     with pytest.raises(SolveError, match=r"over the limit of 0\.1 GB"):
         tw.solve_bases(ball_scene(WIDER), tolerance_mm=1e-3, memory_limit_gb=0.1)
+
+
+def test_each_solve_tells_its_own_progress_also_of_a_grid_that_grows():
+    before, after = [], []
+    slight = tw.TransformGoal(pivot="centre", translation=(0.001, 0.0, 0.0))
+    ball = tw.Prop("ball", shapes.sphere(0.04), slight)
+    scene = tw.Scene([ball], Outer(box_scale=4.0), tw.Objective(tolerance_mm=0.5))
+    solver = tw.WarpSolver(scene, progress=lambda step, share: before.append(step))
+    solver.solve()
+    nodes = solver._solver.nodes
+    assert before[-1] == "done"
+    before.clear()
+    stretched = tw.TransformGoal(pivot="centre", scale=(1.5, 0.7, 1.0))
+    solver.solve({"ball": stretched}, progress=lambda step, share: after.append(step))
+    assert solver._solver.nodes > nodes
+    assert before == []
+    assert any(step.endswith(" nodes") for step in after)
+    assert after[-1] == "done"

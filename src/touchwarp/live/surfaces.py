@@ -6,6 +6,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from touchwarp.goals.surface_tree import SurfaceTree
+
 MOST_FACES = 20_000
 DIVISIONS_ALONG = 45
 """Edges longer than the object over this are divided."""
@@ -40,17 +42,20 @@ def pack_surface(
 def _thinned(
     both: NDArray[np.float64], faces: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Fewer faces between some of the same vertices, so that prop and virtual still correspond."""
+    """Fewer faces, whose vertices are points of the prop beside where those shall appear."""
     import fast_simplification
-    from scipy.spatial import cKDTree
 
-    scale = float(np.ptp(both[:, :3], axis=0).max())
+    prop = both[:, :3]
+    scale = float(np.ptp(prop, axis=0).max())
     thin, few = fast_simplification.simplify(
-        (both[:, :3] / scale).astype(np.float32), faces.astype(np.int32), target_count=MOST_FACES
+        (prop / scale).astype(np.float32), faces.astype(np.int32), target_count=MOST_FACES
     )
     used, few = np.unique(np.asarray(few, dtype=np.int64), return_inverse=True)
-    nearest = cKDTree(both[:, :3]).query(thin[used] * scale)[1]
-    return both[nearest], few.reshape(-1, 3)
+    # nearest vertices would not do: among thin triangles they turn faces over
+    tree = SurfaceTree(prop, faces)
+    found = tree.nearest(thin[used].astype(np.float64) * scale)
+    points = np.einsum("nk,nkd->nd", tree.weights(found), both[faces[found.elements]])
+    return points, few.reshape(-1, 3)
 
 
 def _divided(

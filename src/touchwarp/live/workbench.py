@@ -49,7 +49,8 @@ class Workbench:
         warp: one that belongs to it, or None to have it solved.
         bases: the same for instant goals.
         folder: an existing one, for files to be served.
-        publish: told of progress and of every new state, from whichever thread.
+        publish: told of progress and, in their order, of new states, from whichever thread; nobody
+            changes the scene before it returns.
     """
 
     def __init__(
@@ -176,7 +177,7 @@ class Workbench:
             if not same_fields:
                 self._solver = None
             self._changed.notify_all()
-        self._publish(self.state)
+            self._publish(self.state)
         return revision
 
     def save(self) -> None:
@@ -188,7 +189,7 @@ class Workbench:
         with self._changed:
             self._document = self._document.save()
             path = self._document.path
-        self._publish(self.state)
+            self._publish(self.state)
         self._publish(Saved(path=path.name if path else ""))
 
     # ------------------------------------------------------------------------- the thread's side
@@ -214,7 +215,8 @@ class Workbench:
                 self._failed_at[task] = revision
                 reason = str(error) or "the machine ran out of memory"
                 self._tell(revision, Failed(task=task, reason=reason))
-            self._publish(self.state)
+            with self._changed:  # else a newer state may be told before this one
+                self._publish(self.state)
 
     def _tell(self, revision: int, news: Progress | Failed) -> None:
         with self._changed:
@@ -271,8 +273,7 @@ class Workbench:
         if self._solver is None:
             self._solver = WarpSolver(scene, progress=tell)
             return self._solver.solve()
-        self._solver._tell = tell
-        return self._solver.solve({prop.name: prop.goal for prop in scene.props})
+        return self._solver.solve({prop.name: prop.goal for prop in scene.props}, progress=tell)
 
     def _accept(
         self,

@@ -94,7 +94,7 @@ class WarpSolver:
             raise SolveError(f"memory_limit_gb is {memory_limit_gb}; a number > 0 is needed.")
         self.scene = scene
         self._memory_limit = memory_limit_gb * 1e9
-        self._tell: Progress = progress or (lambda text, share: None)
+        self._progress: Progress = progress or (lambda text, share: None)
         self._tell("reading the goals", 0.0)
         self.goals = goals(scene, self._tell)
         validate(scene, self.goals)
@@ -109,24 +109,28 @@ class WarpSolver:
         changed_goals: Mapping[str, GoalSpec | ReadyGoal] | None = None,
         *,
         mismatch_weight: float | None = None,
+        progress: Progress | None = None,
     ) -> TableWarp:
         """The warp for the scene's goals, or for others on the same surfaces.
 
         Args:
             changed_goals: by prop; their prop points must be the scene's own.
             mismatch_weight: λ; the scene's, or the last one, without it.
+            progress: called from now on, in place of the one before.
 
         Raises:
             GoalError: a goal is not on its prop's own points.
             SolveError: the tolerance is out of memory's reach, or no convergence.
         """
+        if progress is not None:
+            self._progress = progress
         if mismatch_weight is not None:
             self.scene = self.scene.with_objective(mismatch_weight=mismatch_weight)
             screening = self.scene.objective.screening
             self.problem = dataclasses.replace(self.problem, screening=screening)
         if changed_goals:
             self.scene = self.scene.with_goals(changed_goals)
-            self.goals = goals(self.scene)
+            self.goals = goals(self.scene, self._tell)
             validate(self.scene, self.goals)
             self._outlines = _outlines(self.goals)
             problem = make_problem(self.scene, self.goals, self._kept_box())
@@ -146,6 +150,10 @@ class WarpSolver:
         bricks = last.maker.bricks([last.fitted.values], COMPONENTS)
         self._tell("done", 1.0)
         return TableWarp(bricks, self.meta(last.error), SolveRecord.of(last.solution, last.error))
+
+    def _tell(self, step: str, share: float) -> None:
+        """What is handed on to others, so that they tell whoever is to be told now."""
+        self._progress(step, share)
 
     def _kept_box(self) -> NDArray[np.float64] | None:
         """∂Ω1 of the solves before, where `box_scale` would give each goal a box of its own.

@@ -9,6 +9,11 @@ import { Recorder } from "./live/recorder.js";
 import { Tables } from "./live/tables.js";
 
 const loading = document.querySelector("#loading")!;
+/** ms after which a scene is taken to be one whose goal is still being made. */
+const LONG = 4000;
+setTimeout(() => {
+  loading.textContent += " Its goal may take a minute to make; it is then kept.";
+}, LONG);
 
 async function start(): Promise<void> {
   const answer = await fetch("./boot.json", { cache: "no-store" });

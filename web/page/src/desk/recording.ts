@@ -25,6 +25,8 @@ class RecordingControls {
   /** Whether the dialog lists recordings, or will as soon as the list is there. */
   #listing = false;
   #replay: Replay | null = null;
+  /** Whose recording is replayed. */
+  #replayed = "";
 
   constructor(
     readonly context: Context,
@@ -153,6 +155,7 @@ class RecordingControls {
     const answer = await answerOf(`./recordings/${listed.participant}/${listed.recording}`);
     if (answer === null) return this.#tellTrouble(`The recording of ${listed.participant}`);
     const { header, numbers } = unpackChunk<{ columns: string[] }>(await answer.arrayBuffer());
+    this.#replayed = listed.participant;
     this.#replay = new Replay(this.desk.stage, header.columns, numbers);
     this.desk.away = true;
     this.#play(this.#replay);
@@ -182,13 +185,15 @@ class RecordingControls {
       this.desk.away = false;
       this.#render();
     };
-    return html`<button name="play" @click=${toggle}>${replay.playing ? "Pause" : "Play"}</button>
+    const [now, end] = [replay.time, replay.duration].map((time) => (time / 1000).toFixed(1));
+    return html`<b class="replayed">${this.#replayed}</b>
+      <button name="play" @click=${toggle}>${replay.playing ? "Pause" : "Play"}</button>
       <input type="range" name="moment" min="0" max=${Math.max(0, replay.moments.length - 1)} .value=${String(replay.at)}
         aria-label="moment" @input=${(e: Event) => {
           replay.playing = false;
           replay.at = Number((e.target as HTMLInputElement).value);
         }} />
-      <output>${(replay.time / 1000).toFixed(1)} s</output>
+      <output>${now} of ${end} s</output>
       <button name="close-replay" @click=${close}>Close</button>`;
   }
 

@@ -50,6 +50,11 @@ export class Replay {
     return this.moments[this.at]?.time ?? 0;
   }
 
+  /** ms. */
+  get duration(): number {
+    return this.moments.at(-1)?.time ?? 0;
+  }
+
   get ended(): boolean {
     return this.at + 1 >= this.moments.length;
   }

@@ -81,6 +81,11 @@ export class Calibrator {
     this.#stroke.push(contact);
   }
 
+  /** The stroke under way was none. */
+  dropStroke(): void {
+    this.#stroke = [];
+  }
+
   /** The finger has left the prop: take the stroke in; `found` is called when it has told all.
    * @returns whether it was long enough */
   endStroke(): boolean {

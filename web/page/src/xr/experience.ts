@@ -1,4 +1,4 @@
-import { Matrix4, Ray, Vector3 } from "three";
+import { Matrix4, Vector3 } from "three";
 import type { Context } from "../context.js";
 import type { SceneState } from "../live/messages.js";
 import { persistently } from "../world/surface.js";
@@ -6,6 +6,7 @@ import type { AnchoredPose } from "./anchored_pose.js";
 import { PlayBounds } from "./bounds.js";
 import { Calibrator, type Way } from "./calibrator.js";
 import { Carrier } from "./carrier.js";
+import { Clicks } from "./clicks.js";
 import { depict } from "./depict.js";
 import { Displacement } from "./displacement.js";
 import { HandInput } from "./hand_input.js";
@@ -41,6 +42,7 @@ export class Experience {
   #scene = "";
   #handsUp = new HandsUp();
   #strokes = new Strokes();
+  #clicks: Clicks;
   readonly resolver: Resolver;
   /** How props are found. */
   way: Way = "rub";
@@ -78,7 +80,7 @@ export class Experience {
       const kind = xr.visibilityState === "visible" ? "resume" : "pause";
       this.tell({ kind, pause: "hidden" });
     });
-    xr.addEventListener("select", (event) => this.#select(event));
+    this.#clicks = new Clicks(xr, this.room, () => this.#last);
   }
 
   /** Draw until the session ends. */
@@ -262,7 +264,10 @@ export class Experience {
     if (event?.kind === "sample") {
       this.calibrator.sample(event.sample);
       if (phase === "calibrate") this.room.trail.push(event.sample);
-    } else if (event?.kind === "end") {
+    } else if (event && this.#clicks.was(event.side === 0 ? 1 : 0)) {
+      this.calibrator.dropStroke();
+      if (phase === "calibrate") this.room.trail.show(this.calibrator.samples());
+    } else if (event) {
       this.#foundOn = event.side;
       if (phase === "calibrate") this.calibrator.endStroke();
       else this.#endTouch();
@@ -359,15 +364,6 @@ export class Experience {
   goBy(way: Way): void {
     this.way = way;
     for (const calibrator of this.calibrators) calibrator.way = way;
-  }
-
-  #select({ frame, inputSource }: XRInputSourceEvent): void {
-    const room = this.room.renderer.xr.getReferenceSpace();
-    const pose = room && frame.getPose(inputSource.targetRaySpace, room);
-    if (!pose) return;
-    matrix.fromArray(pose.transform.matrix);
-    const origin = new Vector3().setFromMatrixPosition(matrix);
-    this.room.panel.select(new Ray(origin, new Vector3(0, 0, -1).transformDirection(matrix)));
   }
 
   #end(): void {

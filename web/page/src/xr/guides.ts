@@ -61,6 +61,12 @@ export class Trail extends Points<BufferGeometry, PointsMaterial> {
     this.#places.needsUpdate = true;
   }
 
+  /** These samples and no others. */
+  show(samples: Iterable<Contact>): void {
+    this.clear();
+    for (const sample of samples) this.push(sample);
+  }
+
   override clear(): this {
     this.#count = 0;
     this.geometry.setDrawRange(0, 0);

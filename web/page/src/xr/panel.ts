@@ -111,18 +111,16 @@ export class Panel extends Mesh<PlaneGeometry, MeshBasicMaterial> {
     this.#buttonAt(x, y)?.press();
   }
 
-  /** Press what a ray points at; false when it misses the panel. */
-  select(ray: Ray): boolean {
+  /** The button that a ray points at. */
+  pointedAt(ray: Ray): Button | null {
     const normal = this.getWorldDirection(new Vector3());
     const centre = this.getWorldPosition(new Vector3());
     const along = ray.direction.dot(normal);
-    if (Math.abs(along) < 1e-6) return false;
+    if (Math.abs(along) < 1e-6) return null;
     const distance = centre.sub(ray.origin).dot(normal) / along;
-    if (distance < 0) return false;
+    if (distance < 0) return null;
     const { x, y } = this.worldToLocal(ray.at(distance, new Vector3()));
-    if (Math.abs(x) > WIDTH / 2 || Math.abs(y) > HEIGHT / 2) return false;
-    this.#buttonAt(x, y)?.press();
-    return true;
+    return this.#buttonAt(x, y);
   }
 
   /** Where a button is, in the panel's frame: its middle. */
