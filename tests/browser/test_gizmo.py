@@ -121,6 +121,25 @@ def test_the_gizmo_of_a_small_prop_far_from_the_middle_is_whole(
     wait_for(page, ".pane.seen", lambda seen: not whole(seen), "one that is cut counts as whole")
 
 
+def test_a_line_about_a_small_prop_comes_near_to_it(
+    page: Page, serve: Serve, tmp_path: Path
+) -> None:
+    """The knob is a speck in a scene that a crate, 0.9 m away, is part of."""
+    scene = tmp_path / EXAMPLE.name
+    scene.write_text(EXAMPLE.read_text().replace("tolerance_mm = 0.5", "tolerance_mm = 5"))
+    open_page(page, serve(scene).url)
+    whole_warp(page)
+
+    def shows_knob(felt: NDArray[np.float64]) -> bool:
+        """It displaces little, and so is dark; all of the crate is in the left half."""
+        right = felt[:, felt.shape[1] // 2 :]
+        return bool((right.max(axis=-1) < 130).mean() > 0.1)
+
+    wait_for(page, ".pane.felt", lambda felt: not shows_knob(felt), "it is near already")
+    page.locator(".check", has_text="Contact error, 99th percentile · knob").click()
+    wait_for(page, ".pane.felt", shows_knob, "the knob is too far away")
+
+
 class Desk:
     """The page, with the gizmo in one mode."""
 

@@ -1,4 +1,4 @@
-import { Box3, Color, Group, Plane, Vector3 } from "three";
+import { Box3, Color, Group, Plane, Sphere, Vector3 } from "three";
 import type { Context } from "../context.js";
 import type { FromServer, Placement, Progress, Task } from "../live/messages.js";
 import { persistently } from "../world/surface.js";
@@ -115,6 +115,7 @@ export class Desk {
       props.flatMap(({ state: { pivot, placement } }) =>
         placement ? [middleOf(pivot, placement)] : [],
       ),
+      Math.min(...props.map((prop) => boxAround([prop]).getBoundingSphere(new Sphere()).radius)),
     );
     this.probe.touchFirst();
     this.#tellReading();
@@ -383,8 +384,9 @@ export class Desk {
         },
         save: () => this.#context.changes.save(),
         check: (line) => {
-          const size = boxAround(this.#props).getSize(new Vector3()).length();
-          this.#marker.toggle(line, size);
+          const about = this.#props.filter((prop) => prop.state.name === line.subject);
+          const box = boxAround(about.length > 0 ? about : this.#props);
+          this.#marker.toggle(line, box.getSize(new Vector3()).length());
           this.#askPanel();
         },
       },

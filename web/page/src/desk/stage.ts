@@ -46,6 +46,7 @@ export class Stage {
   #flight: ((time: number) => boolean) | null = null;
   #all = new Box3();
   #handles: readonly Vector3[] = [];
+  #least = 0;
   #sun: DirectionalLight;
 
   constructor(
@@ -106,7 +107,7 @@ export class Stage {
 
   /** Show all, as in the beginning. */
   home(): void {
-    this.frame(this.#all, this.#handles);
+    this.frame(this.#all, this.#handles, this.#least);
   }
 
   /** Come to this many times the distance. */
@@ -121,18 +122,20 @@ export class Stage {
   /**
    * Look at a box from the front, half from above, from where the ball around it fits each pane.
    * @param handles where a gizmo may stand, which is to fit as well.
+   * @param least the radius of the smallest object, m, which one may come near to.
    */
-  frame(box: Box3, handles: readonly Vector3[]): void {
+  frame(box: Box3, handles: readonly Vector3[], least: number): void {
     this.#all.copy(box);
     this.#handles = handles;
+    this.#least = least;
     this.#flight = null;
     const ball = box.getBoundingSphere(new Sphere());
     this.orbit.target.copy(ball.center);
     const away = new Vector3(0.42, -1, 0.62).setLength(this.#distanceOf(ball));
     this.camera.position.copy(ball.center).add(away);
-    this.camera.near = 0.05 * ball.radius;
+    this.camera.near = 0.05 * least;
     this.camera.far = 80 * ball.radius;
-    this.orbit.minDistance = 0.6 * ball.radius;
+    this.orbit.minDistance = 0.6 * least;
     this.orbit.maxDistance = 20 * ball.radius;
     this.orbit.update();
     const reach = 4 * ball.radius;
