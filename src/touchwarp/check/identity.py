@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -53,26 +55,22 @@ def _outer_checks(case: Case) -> list[Check]:
         on = on[(on - point) @ normal >= 0]
         outside &= (beyond - point) @ normal >= 0
     beside, beyond = beyond[outside & beside], beyond[outside & ~beside]
-    size_on, size_beyond = _length(case, on), _length(case, beyond)
-    worst, worst_beyond = int(size_on.argmax()), int(size_beyond.argmax())
     checks = [
-        measured(
+        _greatest(
             "identity.outer",
             "|u| on the outer boundary ∂Ω1",
-            1e3 * float(size_on[worst]),
-            "mm",
+            on,
+            _length(case, on),
             limit=1e3 * limit,
-            where=place(on, worst),
             detail=f"{len(on):,} points of ∂Ω1.",
             source=source,
         ),
-        measured(
+        _greatest(
             "identity.beyond",
             "|u| beyond ∂Ω1",
-            1e3 * float(size_beyond[worst_beyond]),
-            "mm",
+            beyond,
+            _length(case, beyond),
             limit=1e3 * SLACK,
-            where=place(beyond, worst_beyond),
             detail=f"{len(beyond):,} points outside ∂Ω1"
             + (", farther than two cells from it." if len(beside) else "."),
             source="eq. 2",
@@ -81,17 +79,14 @@ def _outer_checks(case: Case) -> list[Check]:
     if len(beside):
         # a cell that ∂Ω1 crosses is one piece: to be 0 on it, u goes on to the nodes beyond it,
         # and falls to 0 in the cells behind these
-        size = _length(case, beside)
-        worst = int(size.argmax())
         checks.append(
-            measured(
+            _greatest(
                 "identity.beside",
                 "|u| just beyond ∂Ω1",
-                1e3 * float(size[worst]),
-                "mm",
+                beside,
+                _length(case, beside),
                 group="judged",
                 limit=1e3 * case.tolerance,
-                where=place(beside, worst),
                 detail=f"{len(beside):,} points outside ∂Ω1, within two cells of it.",
                 source="eq. 2; the table's tolerance",
             )
@@ -117,39 +112,39 @@ def _fixed_checks(case: Case, fixed: Fixed) -> list[Check]:
     title = "u along the normal of the sliding plane" if slides else "|u| on the held surface"
     checks = []
     if not near.all():
-        away = np.where(near, -1.0, size)
-        worst = int(away.argmax())
         checks.append(
-            measured(
+            _greatest(
                 "identity.slide" if slides else "identity.hold",
                 title,
-                1e3 * float(away[worst]),
-                "mm",
+                points,
+                np.where(near, -1.0, size),
                 limit=1e3 * limit,
                 subject=fixed.name,
-                where=place(points, worst),
                 detail=f"{int((~near).sum()):,} points, farther than {fixed.blend_mm:g} mm "
                 "from the props.",
                 source="the scene's fixed surfaces",
             )
         )
     if near.any():
-        close = np.where(near, size, -1.0)
-        worst = int(close.argmax())
         checks.append(
-            measured(
+            _greatest(
                 "identity.contact_line",
                 title + ", beside the props",
-                1e3 * float(close[worst]),
-                "mm",
+                points,
+                np.where(near, size, -1.0),
                 group="told",
                 subject=fixed.name,
-                where=place(points, worst),
                 detail="Where a goal contradicts the fixed surface, one is blended into the other "
                 f"over {fixed.blend_mm:g} mm; this is what remains.",
             )
         )
     return checks
+
+
+def _greatest(name: str, title: str, points: Float, size: Float, **more: Any) -> Check:
+    """The greatest of (n,) sizes, m, told in mm with its place among (n, d) points."""
+    worst = int(size.argmax())
+    return measured(name, title, 1e3 * float(size[worst]), "mm", where=place(points, worst), **more)
 
 
 def _points_on(case: Case, fixed: Fixed) -> Float:
