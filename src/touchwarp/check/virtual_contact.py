@@ -34,11 +34,12 @@ def check_virtual_contact(case: Case) -> Finding:
 def _prop_checks(case: Case, prop: PropCase) -> list[Check]:
     every = max(1, len(prop.samples.points) // SAMPLES)
     points, standing = prop.samples.points[::every], case.standing[prop.name][::every]
-    foot = _foot_checks(case, prop, points[standing])
-    points = points[~standing & ~case.contradicted(prop, points)]
-    if len(points) == 0:
-        return foot
     distance = _distance(case, prop, points)
+    foot = _foot_checks(prop, points[standing], distance[standing])
+    kept = ~standing & ~case.contradicted(prop, points)
+    if not kept.any():
+        return foot
+    points, distance = points[kept], distance[kept]
     tolerance_mm = 1e3 * case.tolerance
     worst = int(distance.argmax())
     near_worst, p99 = _near_worst(distance)
@@ -83,11 +84,11 @@ def _prop_checks(case: Case, prop: PropCase) -> list[Check]:
     ]
 
 
-def _foot_checks(case: Case, prop: PropCase, points: Float) -> list[Check]:
-    """The distance at those samples (n, d) m that no hand can reach."""
+def _foot_checks(prop: PropCase, points: Float, distance: Float) -> list[Check]:
+    """The distance (n,) m at those samples (n, d) m that no hand can reach."""
     if len(points) == 0:
         return []
-    near_worst, p99 = _near_worst(_distance(case, prop, points))
+    near_worst, p99 = _near_worst(distance)
     return [
         measured(
             "virtual.foot",
