@@ -76,18 +76,18 @@ def paint_texture(goal: Goal, size: int | None = None) -> ShapeTexture:
     _fill_far(image, depth)
     _fit(image, atlas.uv, displacement)
     single = image.astype(np.float32)
-    error = _greatest_difference(single, atlas.uv, displacement)
+    stored = single.astype(np.float64)
+    error = _greatest_difference(stored, atlas.uv, displacement)
     between = 0.0
     for place in _ON_FACES:
         uv = np.einsum("k,fkc->fc", place, atlas.uv[atlas.faces])
         wanted = np.einsum("k,fkc->fc", place, displacement[atlas.faces])
-        between = max(between, _greatest_difference(single, uv, wanted))
+        between = max(between, _greatest_difference(stored, uv, wanted))
     return ShapeTexture(atlas, single, displacement, error, between)
 
 
-def _greatest_difference(image: NDArray[np.float32], uv: Float, wanted: Float) -> float:
-    read = sample_texture(image.astype(np.float64), uv)
-    return float(np.linalg.norm(read - wanted, axis=1).max())
+def _greatest_difference(image: Float, uv: Float, wanted: Float) -> float:
+    return float(np.linalg.norm(sample_texture(image, uv) - wanted, axis=1).max())
 
 
 @njit(cache=True)
